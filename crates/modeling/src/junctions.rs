@@ -1,0 +1,215 @@
+//! Splits non-manifold junctions of a partition before it is extruded.
+//!
+//! Around a vertex, the regions stand at different heights. Above any height the solid fills some of the
+//! sectors around the vertex; if those are not one run, four or more walls meet in the vertical line
+//! through the vertex and the solid is not a manifold (two houses that touch at a corner, a chequerboard of high
+//! and low roofs). The tip of one sector is cut off and given to a neighbour, which parts
+//! the walls by the length of the cut.
+
+use crate::partition::{Edge, Partition, Region};
+use gable_geometry::Plane;
+use std::collections::BTreeMap;
+
+/// One sector around a vertex: the region to the left of the edge towards `neighbour`.
+#[derive(Clone, Copy, Debug)]
+struct Sector {
+    neighbour: u32,
+    region: Option<Region>,
+    height: f64,
+}
+
+/// Cuts tips by `cut` metres (at most a quarter of the edge) until each vertex carries a manifold; heights that
+/// differ by less than `weld` metres count as equal. Returns the number of cuts. Work is linear in the edges.
+pub(crate) fn split(partition: &mut Partition, planes: &[Plane], weld: f64, cut: f64) -> usize {
+    let areas = partition.areas();
+    let mut cuts = 0;
+    let mut vertex = 0;
+    // Cuts add vertices of three sectors at most, which are manifolds: no vertex is visited without end.
+    while vertex < partition.vertices.len() {
+        let mut index = partition.index();
+        let mut rounds = 0;
+        while let Some((sector, next, beyond)) = find(partition, &index, planes, &areas, weld, vertex as u32) {
+            cut_tip(partition, vertex as u32, sector, next, beyond, cut);
+            index = partition.index();
+            cuts += 1;
+            rounds += 1;
+            if rounds > 8 {
+                break;
+            }
+        }
+        vertex += 1;
+    }
+    cuts
+}
+
+/// The sectors around a vertex, counter-clockwise.
+fn sectors(partition: &Partition, index: &BTreeMap<(u32, u32), usize>, planes: &[Plane], v: u32) -> Vec<Sector> {
+    let at = partition.vertices[v as usize];
+    let outgoing = index.range((v, 0)..=(v, u32::MAX)).map(|(&(_, n), _)| n);
+    let mut neighbours: Vec<u32> = outgoing.collect();
+    for &e in index.range((v, 0)..=(v, u32::MAX)).map(|(_, e)| e) {
+        // The edge into `v` before this one: its start is a neighbour, also where ground lies behind it.
+        let mut before = e;
+        while partition.edges[before].next != e {
+            before = partition.edges[before].next;
+        }
+        neighbours.push(partition.edges[before].from);
+    }
+    neighbours.sort_unstable();
+    neighbours.dedup();
+    let angle = |n: &u32| (partition.vertices[*n as usize] - at).to_angle();
+    neighbours.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    let region = |n: u32| index.get(&(v, n)).map(|&e| partition.edges[e].region);
+    neighbours
+        .into_iter()
+        .map(|neighbour| {
+            let region = region(neighbour);
+            Sector { neighbour, region, height: region.map_or(f64::NEG_INFINITY, |r| planes[r].height(at)) }
+        })
+        .collect()
+}
+
+/// The sector to cut at a vertex, the one after it (counter-clockwise), and whether the tip goes to that one (or
+/// to the one before it); `None` if the vertex carries a manifold.
+fn find(
+    partition: &Partition,
+    index: &BTreeMap<(u32, u32), usize>,
+    planes: &[Plane],
+    areas: &[f64],
+    weld: f64,
+    v: u32,
+) -> Option<(Sector, Sector, Option<Sector>)> {
+    // Three sectors or fewer are one run at any height.
+    if index.range((v, 0)..=(v, u32::MAX)).count() < 2 {
+        return None;
+    }
+    let around = sectors(partition, index, planes, v);
+    let n = around.len();
+    if n < 4 {
+        return None;
+    }
+    let mut levels: Vec<f64> = around.iter().map(|s| s.height).collect();
+    levels.sort_by(f64::total_cmp);
+    for pair in levels.windows(2) {
+        if pair[1] - pair[0] <= weld {
+            continue;
+        }
+        let inside = |i: usize| around[i % n].height > pair[0] + 0.5 * weld.max(0.0) && around[i % n].height >= pair[1];
+        let changes = (0..n).filter(|&i| inside(i) != inside(i + 1)).count();
+        if changes <= 2 {
+            continue;
+        }
+        let alone = |i: usize| inside(i) != inside(i + n - 1) && inside(i) != inside(i + 1);
+        let area = |i: usize| around[i].region.map_or(f64::INFINITY, |r| areas.get(r).copied().unwrap_or(0.0));
+        let i = (0..n)
+            .filter(|&i| alone(i))
+            .min_by(|&i, &j| inside(j).cmp(&inside(i)).then(area(i).total_cmp(&area(j))))?;
+        let (after, before) = (around[(i + 1) % n], around[(i + n - 1) % n]);
+        let to_after = if inside(i) { after.height <= before.height } else { after.height >= before.height };
+        return Some((around[i], after, (!to_after).then_some(before)));
+    }
+    None
+}
+
+/// Cuts the tip at `v` of the sector between the edges towards `sector.neighbour` and `next.neighbour` and gives
+/// it to `next`'s region, or to that of `before`, the sector on the other side, if it is given.
+fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, before: Option<Sector>, cut: f64) {
+    let (a, b) = (sector.neighbour, next.neighbour);
+    let at = partition.vertices[v as usize];
+    let mut point = |towards: u32| {
+        let d = partition.vertices[towards as usize] - at;
+        let length = d.length();
+        partition.vertices.push(at + d * (cut.min(0.25 * length) / length));
+        partition.vertices.len() as u32 - 1
+    };
+    let (a1, b1) = (point(a), point(b));
+    let index = partition.index();
+    let edges = &mut partition.edges;
+    let mut push = |edges: &mut Vec<Edge>, from: u32, to: u32, region: Region, next: usize| {
+        edges.push(Edge { from, to, region, next });
+        edges.len() - 1
+    };
+    // The sector's own ring: b → v → a becomes b → b1 → a1 → a.
+    if let (Some(&into), Some(&out)) = (index.get(&(b, v)), index.get(&(v, a))) {
+        let region = edges[into].region;
+        edges[out].from = a1;
+        edges[into].to = b1;
+        edges[into].next = push(edges, b1, a1, region, out);
+    }
+    // Beyond the edge to `b`: v → b.
+    if let Some(&out) = index.get(&(v, b)) {
+        let region = edges[out].region;
+        edges[out].from = b1;
+        let before_out = (0..edges.len()).find(|&e| edges[e].next == out);
+        let first = if before.is_some() {
+            push(edges, v, b1, region, out)
+        } else {
+            let second = push(edges, a1, b1, region, out);
+            push(edges, v, a1, region, second)
+        };
+        if let Some(e) = before_out {
+            edges[e].next = first;
+        }
+    }
+    // Beyond the edge to `a`: a → v.
+    if let Some(&into) = index.get(&(a, v)) {
+        let region = edges[into].region;
+        let next = edges[into].next;
+        edges[into].to = a1;
+        edges[into].next = if before.is_some() {
+            let second = push(edges, b1, v, region, next);
+            push(edges, a1, b1, region, second)
+        } else {
+            push(edges, a1, v, region, next)
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::dvec2;
+
+    /// Two squares that touch at (4, 4) and ground in the other two quarters.
+    fn corner() -> Partition {
+        let vertices = vec![
+            dvec2(0.0, 0.0),
+            dvec2(4.0, 0.0),
+            dvec2(4.0, 4.0),
+            dvec2(0.0, 4.0),
+            dvec2(8.0, 4.0),
+            dvec2(8.0, 8.0),
+            dvec2(4.0, 8.0),
+        ];
+        Partition::from_rings(vertices, &[(0, vec![0, 1, 2, 3]), (1, vec![2, 4, 5, 6])])
+    }
+
+    #[test]
+    fn houses_that_touch_at_a_corner_are_parted() {
+        let mut p = corner();
+        let cuts = split(&mut p, &[Plane::horizontal(5.0), Plane::horizontal(6.0)], 0.01, 0.05);
+        assert_eq!(cuts, 1);
+        let total: f64 = p.areas().iter().sum();
+        assert!((total - (32.0 - 0.5 * 0.05 * 0.05)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_chequerboard_of_roofs_keeps_its_area() {
+        let mut vertices = Vec::new();
+        for y in 0..3 {
+            for x in 0..3 {
+                vertices.push(dvec2(f64::from(x) * 4.0, f64::from(y) * 4.0));
+            }
+        }
+        let rings = [(0, vec![0, 1, 4, 3]), (1, vec![1, 2, 5, 4]), (2, vec![3, 4, 7, 6]), (3, vec![4, 5, 8, 7])];
+        let heights = [5.0, 3.0, 3.5, 6.0].map(Plane::horizontal);
+        let mut p = Partition::from_rings(vertices.clone(), &rings);
+        assert_eq!(split(&mut p, &heights, 0.01, 0.05), 1);
+        assert!((p.areas().iter().sum::<f64>() - 64.0).abs() < 1e-9);
+        let index = p.index();
+        assert_eq!(index.len(), p.edges.len(), "each directed edge occurs once");
+        // Two runs are a manifold and stay as they are.
+        let mut p = Partition::from_rings(vertices, &rings);
+        assert_eq!(split(&mut p, &[5.0, 5.0, 3.0, 3.0].map(Plane::horizontal), 0.01, 0.05), 0);
+    }
+}
