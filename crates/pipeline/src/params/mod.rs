@@ -1,0 +1,298 @@
+//! The one list of parameters, and how a run's values are put together.
+//!
+//! Values come, later over earlier, from the defaults, a preset, a config file and single settings
+//! ([`Params::assemble`]). Each parameter is declared once, in `table.rs`.
+
+mod kind;
+mod preset;
+mod table;
+
+pub use kind::{Bounds, Features, Format, Method, Solver, TerrainModel, Up};
+pub use preset::{PRESETS, Preset};
+pub use table::{
+    GROUPS, GridParams, InputParams, ModelingParams, OutputParams, PARAMETERS, Parameter, Params, ResourceParams,
+    SamplingParams, SegmentationParams, ValidationParams,
+};
+
+use gable_geometry::Crs;
+
+/// A parameter that does not hold. Each message says what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ParamError {
+    /// No parameter bears this name.
+    #[error("there is no parameter {name:?}{}; `gable params` lists all", did_you_mean(.suggestion))]
+    Unknown {
+        /// The name given.
+        name: String,
+        /// The nearest name that exists.
+        suggestion: Option<String>,
+    },
+    /// Several parameters bear this short name.
+    #[error("the name {name:?} is short for {}: write one of them in full", .candidates.join(" and "))]
+    Ambiguous {
+        /// The name given.
+        name: String,
+        /// The full names that it could stand for.
+        candidates: Vec<String>,
+    },
+    /// The value is of another kind.
+    #[error("{name} = {value:?} cannot be read: give {expected}")]
+    Value {
+        /// Full name.
+        name: String,
+        /// The value given.
+        value: String,
+        /// What the parameter takes.
+        expected: String,
+    },
+    /// The value is outside the limits.
+    #[error("{name} = {value} is out of range: give {min} to {max}{}", unit_suffix(.unit))]
+    Range {
+        /// Full name.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+        /// Unit.
+        unit: String,
+    },
+    /// No preset bears this name.
+    #[error("there is no preset {name:?}{}: the presets are {}", did_you_mean(.suggestion), preset_names())]
+    Preset {
+        /// The name given.
+        name: String,
+        /// The nearest name that exists.
+        suggestion: Option<String>,
+    },
+    /// The config file is no TOML.
+    #[error("the config file cannot be read: {0}")]
+    Config(String),
+    /// Two values do not go together.
+    #[error("{0}")]
+    Together(String),
+}
+
+fn did_you_mean(suggestion: &Option<String>) -> String {
+    suggestion.as_ref().map(|s| format!(" (did you mean {s:?}?)")).unwrap_or_default()
+}
+
+fn unit_suffix(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
+fn preset_names() -> String {
+    PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")
+}
+
+/// The candidate most like `name`, if any is like it at all.
+fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<String> {
+    let likeness = |full: &str| {
+        let short = full.rsplit('.').next().unwrap_or(full);
+        strsim::jaro_winkler(name, full).max(strsim::jaro_winkler(name, short))
+    };
+    candidates
+        .map(|c| (likeness(c), c))
+        .filter(|(score, _)| *score > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, c)| c.to_owned())
+}
+
+/// The parameters that a name stands for: its full name, or the last part of it where that is unique.
+/// `method` alone stands for the method of every stage.
+fn resolve(name: &str) -> Result<Vec<&'static Parameter>, ParamError> {
+    let name = name.trim().replace('-', "_");
+    let short = |p: &&Parameter| p.name.rsplit('.').next() == Some(name.as_str());
+    let mut found: Vec<_> = PARAMETERS.iter().filter(|p| p.name == name).collect();
+    if found.is_empty() {
+        found = PARAMETERS.iter().filter(short).collect();
+    }
+    match found.len() {
+        0 => {
+            let suggestion = nearest(&name, PARAMETERS.iter().map(|p| p.name));
+            Err(ParamError::Unknown { name, suggestion })
+        }
+        1 => Ok(found),
+        _ if name == "method" => Ok(found),
+        _ => Err(ParamError::Ambiguous { name, candidates: found.iter().map(|p| p.name.to_owned()).collect() }),
+    }
+}
+
+impl Parameter {
+    /// The value in `params`, as text.
+    #[must_use]
+    pub fn value(&self, params: &Params) -> String {
+        (self.get)(params)
+    }
+
+    /// The range as a user reads it: limits with the unit, or what can be chosen.
+    #[must_use]
+    pub fn range(&self) -> String {
+        match self.bounds {
+            Some(Bounds { min, max }) => format!("{min} to {max}"),
+            None => self.choices.join(", "),
+        }
+    }
+
+    /// Checks the limits.
+    fn check(&self, params: &Params) -> Result<(), ParamError> {
+        let (Some(Bounds { min, max }), Some(value)) = (self.bounds, (self.number)(params)) else { return Ok(()) };
+        if (min..=max).contains(&value) {
+            return Ok(());
+        }
+        Err(ParamError::Range { name: self.name.to_owned(), value, min, max, unit: self.unit.to_owned() })
+    }
+}
+
+impl Params {
+    /// The values of a run: defaults, then `preset` (or the config's `preset`), then the config file, then
+    /// single settings. The result is checked.
+    ///
+    /// # Errors
+    /// A name that does not exist, or a value of the wrong kind, out of range or in conflict with another.
+    pub fn assemble(
+        preset: Option<&str>,
+        config: Option<&str>,
+        settings: &[(String, String)],
+    ) -> Result<Self, ParamError> {
+        let mut params = Self::default();
+        let (config_preset, config_settings) = config.map(read_config).transpose()?.unwrap_or_default();
+        if let Some(name) = preset.map(str::to_owned).or(config_preset) {
+            params.apply_preset(&name)?;
+        }
+        for (name, value) in config_settings.iter().chain(settings) {
+            params.set(name, value)?;
+        }
+        params.check()?;
+        Ok(params)
+    }
+
+    /// Takes over the values of a preset.
+    ///
+    /// # Errors
+    /// If there is no such preset.
+    pub fn apply_preset(&mut self, name: &str) -> Result<(), ParamError> {
+        let Some(preset) = PRESETS.iter().find(|p| p.name == name) else {
+            let suggestion = nearest(name, PRESETS.iter().map(|p| p.name));
+            return Err(ParamError::Preset { name: name.to_owned(), suggestion });
+        };
+        preset.values.iter().try_for_each(|(name, value)| self.set(name, value))
+    }
+
+    /// Sets one parameter by its full name, or by the last part of it where that is unique; `method` sets
+    /// the method of every stage.
+    ///
+    /// # Errors
+    /// If there is no such parameter, or the value is of another kind or out of range.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParamError> {
+        for parameter in resolve(name)? {
+            (parameter.set)(self, value.trim()).map_err(|expected| ParamError::Value {
+                name: parameter.name.to_owned(),
+                value: value.to_owned(),
+                expected,
+            })?;
+            parameter.check(self)?;
+        }
+        Ok(())
+    }
+
+    /// The reference system that the user asked for; `None` to take what the input says.
+    ///
+    /// # Errors
+    /// If it cannot be understood.
+    pub fn crs(&self) -> Result<Option<Crs>, ParamError> {
+        match self.input.crs.as_str() {
+            "auto" => Ok(None),
+            text => text.parse().map(Some).map_err(|_| ParamError::Value {
+                name: "input.crs".to_owned(),
+                value: text.to_owned(),
+                expected: "EPSG:7415, ENU:latitude,longitude, or auto".to_owned(),
+            }),
+        }
+    }
+
+    /// Checks every limit, and what has to go together.
+    ///
+    /// # Errors
+    /// The first value that does not hold.
+    pub fn check(&self) -> Result<(), ParamError> {
+        PARAMETERS.iter().try_for_each(|p| p.check(self))?;
+        self.crs()?;
+        let block = self.grid.block_size;
+        if block > 0.0 && block < 10.0 * self.sampling.step {
+            return Err(ParamError::Together(format!(
+                "grid.block_size = {block} m is less than ten pixels of {} m: use larger blocks or a smaller sampling.step",
+                self.sampling.step
+            )));
+        }
+        if 2 * self.segmentation.margin > self.segmentation.patch {
+            return Err(ParamError::Together(format!(
+                "segmentation.margin = {} px is more than half of segmentation.patch = {} px: make one smaller or the other larger",
+                self.segmentation.margin, self.segmentation.patch
+            )));
+        }
+        Ok(())
+    }
+
+    /// The values of `groups` as text, one `name=value` line each, in the order of declaration: equal texts
+    /// mean equal results, so this is what to hash. The group `resources` is left out even if named, because
+    /// nothing of the result depends on it.
+    #[must_use]
+    pub fn canonical(&self, groups: &[&str]) -> String {
+        let mut text = String::new();
+        for parameter in PARAMETERS.iter().filter(|p| p.group != "resources" && groups.contains(&p.group)) {
+            text += &format!("{}={}\n", parameter.name, parameter.value(self));
+        }
+        text
+    }
+}
+
+/// The preset and the settings of a config file. Parameters stand in tables by group (`[sampling]`,
+/// `step = 0.1`), or at the top by a unique short name.
+fn read_config(text: &str) -> Result<(Option<String>, Vec<(String, String)>), ParamError> {
+    let table: toml::Table =
+        text.parse().map_err(|e: toml::de::Error| ParamError::Config(e.to_string().trim_end().to_owned()))?;
+    let mut preset = None;
+    let mut settings = Vec::new();
+    for (key, value) in &table {
+        match value {
+            toml::Value::String(name) if key == "preset" => preset = Some(name.clone()),
+            toml::Value::Table(group) if GROUPS.iter().any(|(name, _)| name == key) => {
+                for (name, value) in group {
+                    let name = format!("{key}.{name}");
+                    settings.push((name.clone(), config_value(&name, value)?));
+                }
+            }
+            toml::Value::Table(_) => {
+                let suggestion = nearest(key, GROUPS.iter().map(|(name, _)| *name));
+                return Err(ParamError::Unknown { name: format!("[{key}]"), suggestion });
+            }
+            _ => settings.push((key.clone(), config_value(key, value)?)),
+        }
+    }
+    Ok((preset, settings))
+}
+
+/// A TOML value as the text that [`Params::set`] reads.
+fn config_value(name: &str, value: &toml::Value) -> Result<String, ParamError> {
+    match value {
+        toml::Value::String(s) => Ok(s.clone()),
+        toml::Value::Integer(i) => Ok(i.to_string()),
+        toml::Value::Float(f) => Ok(f.to_string()),
+        toml::Value::Boolean(b) => Ok(b.to_string()),
+        toml::Value::Array(items) => {
+            let items: Result<Vec<_>, _> = items.iter().map(|v| config_value(name, v)).collect();
+            Ok(items?.join(","))
+        }
+        other => Err(ParamError::Value {
+            name: name.to_owned(),
+            value: other.to_string(),
+            expected: "a number, a text, true or false, or a list".to_owned(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,106 @@
+use super::*;
+
+fn settings(list: &[(&str, &str)]) -> Vec<(String, String)> {
+    list.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect()
+}
+
+#[test]
+fn every_default_is_in_range_and_reads_back() {
+    let defaults = Params::default();
+    defaults.check().unwrap();
+    let mut copy = Params::default();
+    for p in PARAMETERS {
+        assert!(!p.help.trim().is_empty() && !p.help.contains('\n'), "{} needs one line of help", p.name);
+        assert_eq!(
+            p.bounds.is_some(),
+            (p.number)(&defaults).is_some(),
+            "{}: numbers and only numbers have limits",
+            p.name
+        );
+        copy.set(p.name, &p.value(&defaults)).unwrap();
+    }
+    assert_eq!(copy, defaults);
+}
+
+#[test]
+fn names_are_unique() {
+    let mut names: Vec<_> = PARAMETERS.iter().map(|p| p.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), PARAMETERS.len());
+}
+
+#[test]
+fn presets_hold() {
+    for preset in PRESETS {
+        let params = Params::assemble(Some(preset.name), None, &[]).unwrap();
+        for (name, value) in preset.values {
+            let p = PARAMETERS.iter().find(|p| p.name == *name).unwrap();
+            assert_eq!(p.value(&params), *value, "{}: {name}", preset.name);
+        }
+    }
+    let published = Params::assemble(Some("zhu2018"), None, &[]).unwrap();
+    assert_eq!((published.segmentation.method, published.modeling.method), (Method::Zhu2018, Method::Zhu2018));
+}
+
+#[test]
+fn later_layers_win() {
+    let config = "preset = 'fast'\nmu = 2\n[sampling]\nstep = 0.5\n[output]\nformats = ['citygml', 'cityjson']\n";
+    let params = Params::assemble(None, Some(config), &settings(&[("sampling.step", "0.25")])).unwrap();
+    assert_eq!((params.sampling.step, params.segmentation.mu, params.segmentation.patch), (0.25, 2.0, 256));
+    assert_eq!(params.output.formats, [Format::CityJson, Format::CityGml]);
+    // A preset of the command line replaces the config's, and the config's values still hold.
+    let params = Params::assemble(Some("fine"), Some(config), &[]).unwrap();
+    assert_eq!((params.sampling.step, params.segmentation.patch), (0.5, 1024));
+}
+
+#[test]
+fn method_alone_sets_every_stage() {
+    let params = Params::assemble(None, None, &settings(&[("method", "zhu2018")])).unwrap();
+    assert_eq!((params.segmentation.method, params.modeling.method), (Method::Zhu2018, Method::Zhu2018));
+}
+
+#[test]
+fn messages_say_what_to_do() {
+    let message = |config: Option<&str>, list: &[(&str, &str)]| {
+        Params::assemble(None, config, &settings(list)).unwrap_err().to_string()
+    };
+    assert_eq!(
+        message(None, &[("samplng.step", "1")]),
+        "there is no parameter \"samplng.step\" (did you mean \"sampling.step\"?); `gable params` lists all"
+    );
+    assert_eq!(message(None, &[("step", "9")]), "sampling.step = 9 is out of range: give 0.02 to 5 m");
+    assert_eq!(message(None, &[("step", "NaN")]), "sampling.step = \"NaN\" cannot be read: give a number such as 0.25");
+    assert_eq!(message(None, &[("up", "x")]), "input.up = \"x\" cannot be read: give one of auto, z, y");
+    assert_eq!(
+        message(None, &[("terrain", "true")]),
+        "the name \"terrain\" is short for segmentation.terrain and output.terrain: write one of them in full"
+    );
+    assert!(message(None, &[("crs", "EPSG:12")]).contains("give EPSG:7415"));
+    assert!(message(None, &[("block-size", "1")]).contains("less than ten pixels"));
+    assert!(message(None, &[("margin", "500")]).contains("more than half"));
+    assert!(message(Some("[sampling]\nstep = = 2"), &[]).contains("line 2"));
+    assert!(message(Some("[smapling]\nstep = 2"), &[]).contains("did you mean \"sampling\"?"));
+    assert!(message(Some("preset = 'fin'"), &[]).contains("did you mean \"fine\"?"));
+    assert!(message(Some("[output]\nformats = []"), &[]).contains("at least one of cityjson"));
+}
+
+#[test]
+fn the_hash_input_leaves_out_resources() {
+    let mut a = Params::default();
+    let groups: Vec<_> = GROUPS.iter().map(|(name, _)| *name).collect();
+    let before = a.canonical(&groups);
+    a.set("threads", "7").unwrap();
+    assert_eq!(a.canonical(&groups), before);
+    a.set("step", "0.21").unwrap();
+    assert_ne!(a.canonical(&groups), before);
+    assert_eq!(a.canonical(&["sampling"]), "sampling.step=0.21\n");
+}
+
+#[test]
+fn survives_json() {
+    let params = Params::assemble(Some("fine"), None, &settings(&[("crs", "EPSG:7415")])).unwrap();
+    let text = serde_json::to_string(&params).unwrap();
+    assert_eq!(serde_json::from_str::<Params>(&text).unwrap(), params);
+    assert!(serde_json::from_str::<Params>("{\"sampling\":{\"stp\":1}}").is_err());
+}
