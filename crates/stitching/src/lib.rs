@@ -1,1 +1,9 @@
-//! stitching
+#![doc = include_str!("../README.md")]
+
+mod components;
+mod identity;
+mod unite;
+
+pub use components::{Component, TileComponents};
+pub use identity::building_ids;
+pub use unite::{Whole, unite};
