@@ -96,7 +96,7 @@ impl Covariance3 {
         let det = xx * yy - xy * xy;
         let (a, b) = ((xz * yy - yz * xy) / det, (yz * xx - xz * xy) / det);
         let c = self.centroid();
-        (a.is_finite() && b.is_finite()).then(|| crate::Plane { a, b, c: c.z - a * c.x - b * c.y })
+        (a.is_finite() && b.is_finite()).then_some(crate::Plane { a, b, c: c.z - a * c.x - b * c.y })
     }
 }
 

@@ -70,7 +70,13 @@ impl GridWindow {
     #[must_use]
     pub fn grown(&self, margin: usize) -> Self {
         let m = margin as i64;
-        Self { x0: self.x0 - m, y0: self.y0 - m, width: self.width + 2 * margin, height: self.height + 2 * margin, ..*self }
+        Self {
+            x0: self.x0 - m,
+            y0: self.y0 - m,
+            width: self.width + 2 * margin,
+            height: self.height + 2 * margin,
+            ..*self
+        }
     }
 
     /// The pixels that two windows of the same step share.

@@ -1,0 +1,3 @@
+//! Benchmarks of sampling.
+
+fn main() {}

@@ -1,0 +1,178 @@
+//! A cache of decoded textures, bounded in bytes and shared by all threads.
+
+use crate::{Texture, TextureSource};
+use gable_scene::Material;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// A decoded image: sRGB texels row by row from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DecodedImage {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width · height` texels.
+    pub texels: Vec<[u8; 3]>,
+}
+
+/// Why an image could not be loaded.
+pub type LoadError = Box<dyn std::error::Error + Send + Sync>;
+
+type Loader = Box<dyn Fn(&Path) -> Result<DecodedImage, LoadError> + Send + Sync>;
+type Slot = Arc<OnceLock<Option<Arc<Texture>>>>;
+
+/// Textures of a scene, decoded when first wanted and dropped when others need the room.
+///
+/// - Threads that want the same texture at once wait for one decoding; nothing is decoded twice while it is held.
+/// - When more than `capacity` bytes are held, the least recently used textures go. What a thread is using stays
+///   alive until it lets go, so peak memory is the capacity plus one texture per thread.
+/// - A texture that cannot be read is tried once, noted in [`TextureCache::failures`], and its material shown in
+///   its plain colour.
+pub struct TextureCache {
+    materials: Vec<Material>,
+    loader: Loader,
+    capacity: usize,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// Slot and time of last use.
+    slots: BTreeMap<PathBuf, (Slot, u64)>,
+    /// What is decoded, by path.
+    held: BTreeMap<PathBuf, usize>,
+    bytes: usize,
+    clock: u64,
+    decoded: u64,
+    failures: BTreeMap<PathBuf, String>,
+}
+
+impl TextureCache {
+    /// A cache of at most `capacity` bytes for the textures of `materials`; `loader` reads one image file.
+    pub fn new(
+        materials: Vec<Material>,
+        capacity: usize,
+        loader: impl Fn(&Path) -> Result<DecodedImage, LoadError> + Send + Sync + 'static,
+    ) -> Self {
+        Self { materials, loader: Box::new(loader), capacity, state: Mutex::default() }
+    }
+
+    /// Textures that could not be read so far, with the reason, by path.
+    #[must_use]
+    pub fn failures(&self) -> Vec<(PathBuf, String)> {
+        self.state().failures.iter().map(|(p, m)| (p.clone(), m.clone())).collect()
+    }
+
+    /// Bytes held now.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.state().bytes
+    }
+
+    /// How many images have been decoded so far.
+    #[must_use]
+    pub fn decoded(&self) -> u64 {
+        self.state().decoded
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn get(&self, path: &Path) -> Option<Arc<Texture>> {
+        let slot = {
+            let mut state = self.state();
+            state.clock += 1;
+            let clock = state.clock;
+            let (slot, used) = state.slots.entry(path.to_owned()).or_default();
+            *used = clock;
+            slot.clone()
+        };
+        slot.get_or_init(|| self.load(path)).clone()
+    }
+
+    fn load(&self, path: &Path) -> Option<Arc<Texture>> {
+        let loaded = (self.loader)(path).map_err(|e| e.to_string()).and_then(|image| {
+            Texture::new(image.width, image.height, image.texels).ok_or_else(|| "the image has no texels".to_owned())
+        });
+        let mut state = self.state();
+        state.decoded += 1;
+        match loaded {
+            Ok(texture) => {
+                let bytes = texture.bytes();
+                state.held.insert(path.to_owned(), bytes);
+                state.bytes += bytes;
+                state.make_room(self.capacity, path);
+                Some(Arc::new(texture))
+            }
+            Err(reason) => {
+                tracing::warn!(path = %path.display(), reason, "texture left out, the material is shown in plain colour");
+                state.failures.insert(path.to_owned(), reason);
+                None
+            }
+        }
+    }
+}
+
+impl State {
+    /// Drops the least recently used textures, but not `keep`, until the rest fits.
+    fn make_room(&mut self, capacity: usize, keep: &Path) {
+        while self.bytes > capacity {
+            let used = |path: &PathBuf| self.slots.get(path).map_or(0, |s| s.1);
+            let Some(oldest) = self.held.keys().filter(|p| *p != keep).min_by_key(|p| used(p)).cloned() else { return };
+            self.bytes -= self.held.remove(&oldest).unwrap_or(0);
+            self.slots.remove(&oldest);
+        }
+    }
+}
+
+impl TextureSource for TextureCache {
+    fn texture(&self, material: u32) -> Option<Arc<Texture>> {
+        self.get(self.materials.get(material as usize)?.texture.as_deref()?)
+    }
+
+    fn colour(&self, material: u32) -> [u8; 3] {
+        self.materials.get(material as usize).map_or([128; 3], |m| m.colour)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn materials(n: usize) -> Vec<Material> {
+        (0..n).map(|i| Material { name: String::new(), texture: Some(format!("{i}").into()), colour: [9; 3] }).collect()
+    }
+
+    #[test]
+    fn decodes_once_and_stays_within_its_bytes() {
+        // 4 × 4 texels and the pyramid: 21 texels, 63 bytes.
+        let loader = |_: &Path| Ok(DecodedImage { width: 4, height: 4, texels: vec![[7; 3]; 16] });
+        let cache = TextureCache::new(materials(3), 130, loader);
+        std::thread::scope(|s| {
+            for _ in 0..4 {
+                s.spawn(|| (0..100).for_each(|i| assert!(cache.texture(i % 2).is_some())));
+            }
+        });
+        assert_eq!((cache.decoded(), cache.bytes()), (2, 126));
+        cache.texture(0);
+        cache.texture(2);
+        cache.texture(0);
+        assert_eq!((cache.decoded(), cache.bytes()), (3, 126), "the least recently used one went");
+        cache.texture(1);
+        assert_eq!(cache.decoded(), 4);
+        assert!(cache.texture(u32::MAX).is_none());
+    }
+
+    #[test]
+    fn notes_what_cannot_be_read() {
+        let cache = TextureCache::new(materials(1), 100, |_| Err("no such file".into()));
+        assert!(cache.texture(0).is_none() && cache.texture(0).is_none());
+        assert_eq!(cache.decoded(), 1);
+        assert_eq!(cache.failures(), vec![(PathBuf::from("0"), "no such file".to_owned())]);
+        assert_eq!(cache.colour(0), [9; 3]);
+        assert_eq!(cache.colour(7), [128; 3]);
+    }
+}
