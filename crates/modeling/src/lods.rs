@@ -1,0 +1,249 @@
+//! The levels of detail of one building from its partition (Zhu 2018, §5.4).
+
+use crate::partition::{Partition, Region};
+use crate::{extrude, junctions, roof};
+use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, validate_solid, validate_surfaces};
+use gable_geometry::{DVec2, Plane};
+
+/// Length of the cut that parts a non-manifold junction, metres.
+const CUT: f64 = 0.05;
+
+/// How far a vertex may leave a straight line and still be dropped, metres.
+const STRAIGHT: f64 = 2e-3;
+
+/// Two roofs whose heights differ by less than this along an edge belong to one block of LOD1, metres.
+const SAME_BLOCK: f64 = 1.0;
+
+/// The LODs of a building, and why the best one is missing.
+pub(crate) struct Levels {
+    pub(crate) lods: Lods,
+    pub(crate) reason: Option<String>,
+}
+
+/// Builds all LODs from a partition with a plane for each region and an underside at `base`. What does not pass
+/// validation is left out, and the reason is kept.
+pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Levels {
+    let mut reason = None;
+    let mut note = |lod: &str, issue: String| {
+        reason.get_or_insert(format!("{lod}: {issue}"));
+    };
+    let lod2 = solids(partition, planes, base, tolerances).unwrap_or_else(|issue| {
+        note("LOD2", issue);
+        Vec::new()
+    });
+    let (blocks, heights) = blocks(partition, planes);
+    let lod1 = solids(&blocks, &heights, base, tolerances)
+        .or_else(|_| {
+            // One block at the mean height has no inner walls, in which a step could fail.
+            let (whole, mean) = whole(partition, planes);
+            solids(&whole, &mean, base, tolerances)
+        })
+        .unwrap_or_else(|issue| {
+            note("LOD1", issue);
+            Vec::new()
+        });
+    let (outline, _) = whole(partition, planes);
+    let eaves = eave_height(partition, planes);
+    let flat = |z: f64, up: bool| {
+        let shell = flat_faces(&outline, z, up);
+        (!shell.faces.is_empty() && validate_surfaces(&shell, tolerances).is_empty()).then_some(shell)
+    };
+    let footprint = flat(base, false);
+    if footprint.is_none() {
+        note("LOD0", "the outline is no valid polygon".to_owned());
+    }
+    Levels { lods: Lods { footprint, roof_edge: flat(eaves, true), lod1, lod2 }, reason }
+}
+
+/// One closed shell for each connected part, validated as it will be written.
+fn solids(
+    partition: &Partition,
+    planes: &[Plane],
+    base: f64,
+    tolerances: &Tolerances,
+) -> Result<Vec<Shell>, String> {
+    let mut part = partition.straightened(STRAIGHT);
+    junctions::split(&mut part, planes, extrude::WELD, CUT);
+    let mut out = Vec::new();
+    for group in connected(&part) {
+        let keep: Vec<Option<Region>> = (0..part.regions).map(|r| group[r].then_some(r)).collect();
+        let (mut shell, regions) = extrude::extrude(&part.joined(&keep), planes, base);
+        for (face, region) in shell.faces.iter_mut().zip(regions) {
+            face.attributes = roof::surface_attributes(&planes[region]);
+        }
+        let issues = validate_solid(&shell, tolerances);
+        if let Some(issue) = issues.first() {
+            return Err(format!("{} ({} of {} faces)", issue.message, issues.len(), shell.faces.len()));
+        }
+        out.push(shell);
+    }
+    if out.is_empty() { Err("no roof is left above the ground".to_owned()) } else { Ok(out) }
+}
+
+/// Groups of regions that share edges, as flags by region.
+fn connected(partition: &Partition) -> Vec<Vec<bool>> {
+    let neighbours = neighbours(partition, |_, _| true);
+    groups(partition.regions, &neighbours)
+        .into_iter()
+        .map(|members| {
+            let mut flags = vec![false; partition.regions];
+            members.into_iter().for_each(|r| flags[r] = true);
+            flags
+        })
+        .collect()
+}
+
+/// Pairs of regions that share an edge for which `joins` holds, each once as (smaller, larger).
+fn neighbours(partition: &Partition, joins: impl Fn(usize, usize) -> bool) -> Vec<(Region, Region)> {
+    let index = partition.index();
+    let mut out = Vec::new();
+    for (i, e) in partition.edges.iter().enumerate() {
+        if let Some(&twin) = index.get(&(e.to, e.from))
+            && i < twin
+            && joins(i, twin)
+        {
+            let other = partition.edges[twin].region;
+            out.push((e.region.min(other), e.region.max(other)));
+        }
+    }
+    out
+}
+
+fn groups(count: usize, pairs: &[(usize, usize)]) -> Vec<Vec<usize>> {
+    let mut root: Vec<usize> = (0..count).collect();
+    fn find(root: &mut [usize], mut i: usize) -> usize {
+        while root[i] != i {
+            root[i] = root[root[i]];
+            i = root[i];
+        }
+        i
+    }
+    for &(a, b) in pairs {
+        let (a, b) = (find(&mut root, a), find(&mut root, b));
+        root[a.max(b)] = a.min(b);
+    }
+    let mut out: Vec<Vec<usize>> = vec![Vec::new(); count];
+    for i in 0..count {
+        let r = find(&mut root, i);
+        out[r].push(i);
+    }
+    out.retain(|g| !g.is_empty());
+    out
+}
+
+/// Mean height of each region's plane, as the height at its centroid, and its area.
+fn means(partition: &Partition, planes: &[Plane]) -> Vec<(f64, f64)> {
+    let mut sums = vec![(DVec2::ZERO, 0.0); partition.regions];
+    for (region, ring) in partition.rings() {
+        let points = partition.points(&partition.ring_vertices(&ring));
+        let (moment, area) = moment(&points);
+        sums[region].0 += moment;
+        sums[region].1 += area;
+    }
+    sums.into_iter().zip(planes).map(|((m, area), plane)| (plane.height(m / area.max(1e-12)), area)).collect()
+}
+
+/// Area and area times centroid of a ring, signed.
+fn moment(ring: &[DVec2]) -> (DVec2, f64) {
+    let o = ring[0];
+    let (mut m, mut area) = (DVec2::ZERO, 0.0);
+    for i in 1..ring.len() - 1 {
+        let (a, b) = (ring[i] - o, ring[i + 1] - o);
+        let t = 0.5 * a.perp_dot(b);
+        m += t * ((a + b) / 3.0 + o);
+        area += t;
+    }
+    (m, area)
+}
+
+/// The blocks of LOD1: roofs that meet without a step become one block at their mean height. (The paper raises each
+/// face to its own plane's mean, which puts steps between the sides of one hipped roof.)
+fn blocks(partition: &Partition, planes: &[Plane]) -> (Partition, Vec<Plane>) {
+    let meets = |a: usize, b: usize| {
+        let (e, f) = (&partition.edges[a], &partition.edges[b]);
+        [e.from, e.to].into_iter().all(|v| {
+            let at = partition.vertices[v as usize];
+            (planes[e.region].height(at) - planes[f.region].height(at)).abs() < SAME_BLOCK
+        })
+    };
+    let groups = groups(partition.regions, &neighbours(partition, meets));
+    join(partition, planes, &groups)
+}
+
+/// All regions as one block.
+fn whole(partition: &Partition, planes: &[Plane]) -> (Partition, Vec<Plane>) {
+    join(partition, planes, &[(0..partition.regions).collect()])
+}
+
+fn join(partition: &Partition, planes: &[Plane], groups: &[Vec<usize>]) -> (Partition, Vec<Plane>) {
+    let means = means(partition, planes);
+    let mut group = vec![None; partition.regions];
+    let mut heights = Vec::new();
+    for (g, members) in groups.iter().enumerate() {
+        let area: f64 = members.iter().map(|&r| means[r].1).sum();
+        let height = members.iter().map(|&r| means[r].0 * means[r].1).sum::<f64>() / area.max(1e-12);
+        heights.push(Plane::horizontal(height));
+        members.iter().for_each(|&r| group[r] = Some(g));
+    }
+    (partition.joined(&group), heights)
+}
+
+/// Horizontal faces over the outline at height `z`.
+fn flat_faces(outline: &Partition, z: f64, up: bool) -> Shell {
+    let mut part = outline.straightened(STRAIGHT);
+    let level = vec![Plane::horizontal(z); part.regions];
+    junctions::split(&mut part, &level, extrude::WELD, CUT);
+    let turn = |mut ring: Vec<u32>| {
+        if !up {
+            ring.reverse();
+        }
+        ring
+    };
+    let semantic = if up { Semantic::RoofSurface } else { Semantic::GroundSurface };
+    let faces = part
+        .region_faces()
+        .into_iter()
+        .flatten()
+        .map(|rings| Face { rings: rings.into_iter().map(turn).collect(), semantic, attributes: Default::default() })
+        .collect();
+    Shell { vertices: part.vertices.iter().map(|v| v.extend(z)).collect(), faces }
+}
+
+/// Mean height of the roof along the outline, weighted by length.
+pub(crate) fn eave_height(partition: &Partition, planes: &[Plane]) -> f64 {
+    let index = partition.index();
+    let (mut sum, mut length) = (0.0, 0.0);
+    for e in partition.edges.iter().filter(|e| !index.contains_key(&(e.to, e.from))) {
+        let (a, b) = (partition.vertices[e.from as usize], partition.vertices[e.to as usize]);
+        let l = a.distance(b);
+        sum += l * planes[e.region].height(0.5 * (a + b));
+        length += l;
+    }
+    sum / length.max(1e-12)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::partition::tests::pair;
+
+    #[test]
+    fn a_gable_house_in_all_lods() {
+        let planes = [Plane { a: 0.5, b: 0.0, c: 3.0 }, Plane { a: -0.5, b: 0.0, c: 7.0 }];
+        let levels = build(&pair(), &planes, 0.0, &Tolerances::default());
+        assert_eq!(levels.reason, None);
+        let lods = levels.lods;
+        assert_eq!((lods.lod2.len(), lods.lod2[0].faces.len()), (1, 7));
+        assert_eq!((lods.lod1.len(), lods.lod1[0].faces.len()), (1, 6));
+        assert!((lods.lod1[0].volume() - lods.lod2[0].volume()).abs() < 1e-9, "the mean height keeps the volume");
+        assert_eq!(lods.footprint.unwrap().vertices.len(), 4);
+    }
+
+    #[test]
+    fn a_step_gives_two_blocks() {
+        let planes = [Plane::horizontal(9.0), Plane::horizontal(4.0)];
+        let levels = build(&pair(), &planes, 0.0, &Tolerances::default());
+        assert_eq!(levels.lods.lod1[0].faces.len(), 8);
+        assert!((levels.lods.lod1[0].volume() - 16.0 * 13.0).abs() < 1e-9);
+    }
+}
