@@ -1,28 +1,27 @@
-//! Readers of city meshes: a stream of triangles with textures, in f64 world coordinates, z up.
+#![doc = include_str!("../README.md")]
 
-use gable_geometry::DVec3;
-use std::path::PathBuf;
+mod counts;
+mod error;
+mod gltf;
+mod line_blocks;
+mod material;
+mod metadata;
+mod mtl;
+mod number;
+mod obj;
+mod obj_chunk;
+mod off;
+mod paged;
+mod ply;
+mod scene;
+mod sink;
+mod survey;
+mod texture;
+mod triangle;
 
-/// What covers a triangle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Material {
-    /// Name in the file.
-    pub name: String,
-    /// Image file; `None` for plain colour. (Images inside a GLB are given a path by the reader, see its docs.)
-    pub texture: Option<PathBuf>,
-    /// Colour where there is no texture, sRGB.
-    pub colour: [u8; 3],
-}
-
-/// One triangle of the stream.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Triangle {
-    /// Corners, world coordinates, z up, counter-clockwise seen from outside.
-    pub corners: [DVec3; 3],
-    /// Texture coordinates (u right, v up, as OBJ has them).
-    pub uv: Option<[[f32; 2]; 3]>,
-    /// Vertex colours, sRGB.
-    pub colours: Option<[[u8; 3]; 3]>,
-    /// Index into the scene's materials; `u32::MAX` for none.
-    pub material: u32,
-}
+pub use counts::{Counts, Warning, WarningKind, Warnings};
+pub use error::{Place, SceneError};
+pub use material::{GREY, Material, TextureSource};
+pub use scene::{OpenOptions, Scene, Up};
+pub use texture::load_texture;
+pub use triangle::Triangle;

@@ -1,0 +1,107 @@
+//! A text file in pieces that end where a line ends, so that the pieces can be parsed apart.
+
+use crate::error::{Place, SceneError};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// A line longer than this is taken for a file that is not text.
+const LONGEST_LINE: usize = 64 << 20;
+
+/// One piece of a text file.
+pub(crate) struct LineBlock {
+    /// Whole lines; the last one may lack its line end at the end of the file.
+    pub(crate) text: Vec<u8>,
+    /// Byte of the file at which the piece starts.
+    pub(crate) offset: u64,
+}
+
+/// Reads a text file piece by piece.
+pub(crate) struct LineBlocks<'a> {
+    path: &'a Path,
+    file: File,
+    size: usize,
+    carry: Vec<u8>,
+    offset: u64,
+    ended: bool,
+}
+
+impl<'a> LineBlocks<'a> {
+    /// Opens a file to be read in pieces of about `size` bytes.
+    pub(crate) fn open(path: &'a Path, size: usize) -> Result<Self, SceneError> {
+        let file = File::open(path).map_err(|e| SceneError::read(path, e))?;
+        Ok(Self { path, file, size, carry: Vec::new(), offset: 0, ended: false })
+    }
+
+    /// The next piece; `None` at the end of the file.
+    pub(crate) fn next(&mut self) -> Result<Option<LineBlock>, SceneError> {
+        let mut text = std::mem::take(&mut self.carry);
+        let mut wanted = self.size.saturating_sub(text.len()).max(1 << 16);
+        while !self.ended {
+            let before = text.len();
+            let read = self.file.by_ref().take(wanted as u64).read_to_end(&mut text);
+            self.ended = read.map_err(|e| SceneError::read(self.path, e))? < wanted;
+            if self.ended {
+                break;
+            }
+            if let Some(cut) = last_line_end(&text, before) {
+                self.carry = text.split_off(cut);
+                break;
+            }
+            if text.len() > LONGEST_LINE {
+                let what = "a line of more than 64 MiB starts here: this is not a text file";
+                return Err(SceneError::syntax(self.path, Place::Byte(self.offset), what));
+            }
+            wanted = self.size;
+        }
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let offset = self.offset;
+        self.offset += text.len() as u64;
+        Ok(Some(LineBlock { text, offset }))
+    }
+}
+
+/// The byte after the last line end that no backslash continues, not looking before `from`'s line.
+fn last_line_end(text: &[u8], from: usize) -> Option<usize> {
+    let mut end = text.len();
+    // What stands before `from` was searched already, but a line end may be split from its backslash.
+    let stop = from.saturating_sub(2);
+    while let Some(at) = memchr::memrchr(b'\n', &text[stop..end]).map(|at| at + stop) {
+        let line = text[..at].strip_suffix(b"\r").unwrap_or(&text[..at]);
+        if !line.ends_with(b"\\") {
+            return Some(at + 1);
+        }
+        end = at;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn pieces_join_to_the_file_and_end_at_line_ends() {
+        let mut text = Vec::new();
+        for i in 0..40_000 {
+            let end = ["\n", "\r\n", "\\\n", "\\\r\n"][i % 7 % 4];
+            write!(text, "f {i} {} {}{end}", i * 31, i * 77).expect("memory");
+        }
+        text.extend_from_slice(b"f 1 2 3");
+        let file = tempfile::NamedTempFile::new().expect("temporary file");
+        std::fs::write(file.path(), &text).expect("temporary file");
+        let mut blocks = LineBlocks::open(file.path(), 100_000).expect("opens");
+        let mut joined = Vec::new();
+        while let Some(block) = blocks.next().expect("reads") {
+            assert_eq!(block.offset as usize, joined.len());
+            joined.extend_from_slice(&block.text);
+            let whole = joined.len() == text.len()
+                || (block.text.ends_with(b"\n") && !block.text.ends_with(b"\\\n") && !block.text.ends_with(b"\\\r\n"));
+            assert!(whole, "a piece ends within a line");
+        }
+        assert_eq!(joined, text);
+    }
+}

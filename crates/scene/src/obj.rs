@@ -1,0 +1,315 @@
+//! OBJ files: read in pieces, parsed on all cores, resolved in the order of the files.
+
+use crate::counts::{WarningKind, Warnings};
+use crate::error::{Place, SceneError, shown};
+use crate::line_blocks::{LineBlock, LineBlocks};
+use crate::material::Material;
+use crate::mtl;
+use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace};
+use crate::paged::Paged;
+use crate::sink::{Halt, Placement, Sink};
+use crate::triangle::Triangle;
+use gable_geometry::DVec3;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// Bytes that are parsed at a time by one thread.
+const PIECE: usize = 4 << 20;
+/// Bytes that are looked through for material libraries at a time.
+const SCAN: usize = 16 << 20;
+
+/// An OBJ file and where its materials are in the scene's list.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ObjFile {
+    pub(crate) path: PathBuf,
+    /// Looked up only, never iterated.
+    pub(crate) materials: HashMap<Vec<u8>, u32>,
+}
+
+/// Looks through a file for the material libraries that it names, and reads them.
+pub(crate) fn read_materials(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut names: Vec<Vec<u8>> = Vec::new();
+    let mut blocks = LineBlocks::open(path, SCAN)?;
+    while let Some(block) = blocks.next()? {
+        if block.offset == 0 {
+            check_text(path, &block.text)?;
+        }
+        for range in obj_chunk::library_names(&block.text) {
+            let name = block.text[range].trim_ascii().to_vec();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    let mut materials = Vec::new();
+    for name in names {
+        // A name may hold blanks, or the line several names.
+        let whole = mtl::resolve(folder, &name);
+        let files = if whole.exists() {
+            vec![whole]
+        } else {
+            name.split(u8::is_ascii_whitespace).filter(|n| !n.is_empty()).map(|n| mtl::resolve(folder, n)).collect()
+        };
+        for file in files {
+            match mtl::read(&file, warnings) {
+                Ok(read) => materials.extend(read),
+                Err(error) => {
+                    warnings.add(WarningKind::MissingMaterialLibrary, || format!("{}: {error}", path.display()));
+                }
+            }
+        }
+    }
+    Ok(materials)
+}
+
+/// An OBJ file is text: a zero byte or another encoding's mark gives other files away.
+fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
+    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") || memchr::memchr(0, text).is_some() {
+        let found = shown(&text[..text.len().min(16)]);
+        return Err(SceneError::WrongMagic {
+            path: path.to_owned(),
+            expected: "an OBJ text file (ASCII, UTF-8)",
+            found,
+        });
+    }
+    Ok(())
+}
+
+/// Streams files one after the other.
+///
+/// While the pieces of one batch are resolved in their order, those of the next are parsed by the
+/// threads of the pool, so the order of the triangles is that of the files whatever the threads.
+/// In memory stand two batches (a piece of 4 MiB for each thread) and the vertices of one file.
+pub(crate) fn stream(files: &[ObjFile], placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    let mut reader = Reader { files, next: 0, open: None };
+    let width = rayon::current_num_threads().max(1);
+    let mut tables = Tables::default();
+    let mut batch = parse_batch(reader.batch(width)?);
+    while !batch.is_empty() {
+        let texts = reader.batch(width)?;
+        let mut parsed = Vec::new();
+        let resolved = rayon::in_place_scope(|scope| {
+            scope.spawn(|_| parsed = parse_batch(texts));
+            batch.drain(..).try_for_each(|(file, first, chunk)| {
+                if first {
+                    sink.counts.files += 1;
+                    std::mem::take(&mut tables).leave(sink);
+                    tables.file = Some(&files[file].path);
+                }
+                tables.take(&files[file], chunk, placement, sink)
+            })
+        });
+        resolved?;
+        batch = parsed;
+    }
+    tables.leave(sink);
+    Ok(())
+}
+
+/// A piece of a file: the file's index, whether it is its first, its text.
+type Piece = (usize, bool, LineBlock);
+
+fn parse_batch(texts: Vec<Piece>) -> Vec<(usize, bool, ObjChunk)> {
+    use rayon::prelude::*;
+    texts.into_par_iter().map(|(file, first, block)| (file, first, parse_block(first, &block.text))).collect()
+}
+
+fn parse_block(first: bool, text: &[u8]) -> ObjChunk {
+    let mark = b"\xef\xbb\xbf".as_slice();
+    obj_chunk::parse(if first { text.strip_prefix(mark).unwrap_or(text) } else { text })
+}
+
+struct Reader<'a> {
+    files: &'a [ObjFile],
+    next: usize,
+    open: Option<LineBlocks<'a>>,
+}
+
+impl Reader<'_> {
+    /// The next pieces, at least `width` and about as many pieces' bytes, across the ends of files.
+    fn batch(&mut self, width: usize) -> Result<Vec<Piece>, SceneError> {
+        let mut pieces = Vec::new();
+        let mut bytes = 0;
+        while bytes < width * PIECE {
+            let mut first = false;
+            let blocks = match &mut self.open {
+                Some(blocks) => blocks,
+                None => {
+                    let Some(file) = self.files.get(self.next) else { break };
+                    self.next += 1;
+                    first = true;
+                    self.open.insert(LineBlocks::open(&file.path, PIECE)?)
+                }
+            };
+            match blocks.next()? {
+                Some(block) => {
+                    bytes += block.text.len();
+                    pieces.push((self.next - 1, first, block));
+                }
+                None => {
+                    self.open = None;
+                    if first {
+                        // An empty file still has to be counted.
+                        pieces.push((self.next - 1, true, LineBlock { text: Vec::new(), offset: 0 }));
+                    }
+                }
+            }
+        }
+        Ok(pieces)
+    }
+}
+
+/// What faces of one file refer to.
+#[derive(Default)]
+struct Tables<'a> {
+    file: Option<&'a Path>,
+    faces: usize,
+    positions: Paged<DVec3>,
+    /// Shorter than `positions` where the last vertices have no colour.
+    colours: Paged<[u8; 4]>,
+    uvs: Paged<[f32; 2]>,
+    /// The material in use; `None` before the first.
+    material: Option<u32>,
+    /// Whether no library defines the material in use, which is counted at each face.
+    unknown: bool,
+    lines: u64,
+    corners: Vec<Corner>,
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    position: DVec3,
+    colour: [u8; 4],
+    uv: [f32; 2],
+}
+
+impl Tables<'_> {
+    /// Says so if a file held nothing.
+    fn leave(self, sink: &mut Sink<'_>) {
+        if let Some(file) = self.file.filter(|_| self.faces == 0) {
+            sink.counts.warnings.add(WarningKind::EmptyFile, || file.display().to_string());
+        }
+    }
+
+    fn take(&mut self, file: &ObjFile, chunk: ObjChunk, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+        let (vertices, uvs) = (self.positions.len(), self.uvs.len());
+        for &[x, y, z] in &chunk.positions {
+            self.positions.push(placement.apply(DVec3::new(x, y, z)));
+        }
+        if !chunk.colours.is_empty() {
+            while self.colours.len() < vertices {
+                self.colours.push([0; 4]);
+            }
+            chunk.colours.iter().for_each(|c| self.colours.push(*c));
+        }
+        chunk.uvs.iter().for_each(|uv| self.uvs.push(*uv));
+        sink.counts.vertices += chunk.positions.len() as u64;
+        sink.counts.faces += chunk.faces.len() as u64;
+        self.faces += chunk.faces.len();
+
+        let mut uses = chunk.uses.iter().peekable();
+        let mut corners = chunk.corners.as_slice();
+        for (at, face) in chunk.faces.iter().enumerate() {
+            while let Some((_, name)) = uses.next_if(|(from, _)| *from as usize <= at) {
+                self.use_material(file, name);
+            }
+            let (own, rest) = corners.split_at(face.corners as usize);
+            corners = rest;
+            self.face(file, face, own, vertices, uvs, sink)?;
+        }
+        uses.for_each(|(_, name)| self.use_material(file, name));
+
+        if chunk.ignored > 0 {
+            let line = self.lines + u64::from(chunk.first_ignored) + 1;
+            let place = || format!("{}: line {line}", file.path.display());
+            sink.counts.warnings.add_many(WarningKind::IgnoredStatement, u64::from(chunk.ignored), place);
+        }
+        if let Some((line, fault)) = chunk.fault {
+            let place = Place::Line(self.lines + u64::from(line) + 1);
+            return Err(match fault {
+                LineFault::NotFinite(value) => SceneError::NotFinite { path: file.path.clone(), place, value },
+                LineFault::Syntax(what) if chunk.fault_at_end => SceneError::truncated(&file.path, place, what),
+                LineFault::Syntax(what) => SceneError::syntax(&file.path, place, what),
+            }
+            .into());
+        }
+        self.lines += u64::from(chunk.lines);
+        Ok(())
+    }
+
+    fn use_material(&mut self, file: &ObjFile, name: &[u8]) {
+        self.material = file.materials.get(name).copied();
+        self.unknown = self.material.is_none();
+    }
+
+    /// Resolves a face and hands on its triangles, a fan from the first corner.
+    #[inline]
+    fn face(
+        &mut self,
+        file: &ObjFile,
+        face: &RawFace,
+        raw: &[RawCorner],
+        vertices: usize,
+        uvs: usize,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Halt> {
+        let line = self.lines + u64::from(face.line) + 1;
+        let place = Place::Line(line);
+        let (vertices, uvs) = (vertices + face.vertices as usize, uvs + face.uvs as usize);
+        self.corners.clear();
+        let (mut textured, mut coloured) = (true, true);
+        for corner in raw {
+            let at = resolve(corner.vertex, vertices)
+                .ok_or_else(|| out_of_range(&file.path, place, "vertex", corner.vertex, vertices))?;
+            let position = *self
+                .positions
+                .get(at)
+                .ok_or_else(|| out_of_range(&file.path, place, "vertex", corner.vertex, vertices))?;
+            let mut uv = [f32::NAN; 2];
+            if corner.uv != 0 {
+                let at = resolve(corner.uv, uvs).and_then(|at| self.uvs.get(at));
+                uv = *at.ok_or_else(|| out_of_range(&file.path, place, "texture coordinate", corner.uv, uvs))?;
+            }
+            let colour = self.colours.get(at).copied().unwrap_or_default();
+            textured &= !uv[0].is_nan();
+            coloured &= colour[3] != 0;
+            self.corners.push(Corner { position, colour, uv });
+        }
+        if self.unknown {
+            sink.warn(WarningKind::UnknownMaterial, &file.path, place);
+        }
+        let [first, others @ ..] = self.corners.as_slice() else {
+            sink.warn(WarningKind::DegenerateFace, &file.path, place);
+            return Ok(());
+        };
+        if others.len() < 2 {
+            sink.warn(WarningKind::DegenerateFace, &file.path, place);
+        }
+        for pair in others.windows(2) {
+            let three = [first, &pair[0], &pair[1]];
+            let triangle = Triangle {
+                corners: three.map(|c| c.position),
+                uv: textured.then(|| three.map(|c| c.uv)),
+                colours: coloured.then(|| three.map(|c| [c.colour[0], c.colour[1], c.colour[2]])),
+                material: self.material.unwrap_or(Triangle::NO_MATERIAL),
+            };
+            sink.triangle(triangle, &file.path, place)?;
+        }
+        Ok(())
+    }
+}
+
+/// The index from 0 that a number from 1, or back from the end, names.
+#[inline]
+fn resolve(index: i32, count: usize) -> Option<usize> {
+    let at = if index > 0 { i64::from(index) - 1 } else { count as i64 + i64::from(index) };
+    (index != 0 && at >= 0 && at < count as i64).then_some(at as usize)
+}
+
+#[cold]
+fn out_of_range(path: &Path, place: Place, kind: &'static str, index: i32, count: usize) -> SceneError {
+    // The parser keeps a texture index of 0 apart from "none".
+    let index = if index == i32::MIN { 0 } else { i64::from(index) };
+    SceneError::IndexOutOfRange { path: path.to_owned(), place, kind, index, count: count as u64 }
+}

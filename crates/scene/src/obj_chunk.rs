@@ -1,0 +1,366 @@
+//! One piece of an OBJ file, parsed apart from the others: what it says, before indices are resolved.
+
+use crate::number::parse_f64;
+use std::ops::Range;
+
+/// A corner of a face as written: positive from the start of the file, negative back from the face.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RawCorner {
+    pub(crate) vertex: i32,
+    /// 0 for none.
+    pub(crate) uv: i32,
+}
+
+/// A face: the next `corners` corners of the piece.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RawFace {
+    pub(crate) corners: u32,
+    /// Line of the piece, from 0.
+    pub(crate) line: u32,
+    /// Vertices of the piece before it.
+    pub(crate) vertices: u32,
+    /// Texture coordinates of the piece before it.
+    pub(crate) uvs: u32,
+}
+
+/// What is wrong with a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum LineFault {
+    /// It cannot be understood.
+    Syntax(String),
+    /// A coordinate is not finite.
+    NotFinite(String),
+}
+
+/// What a piece of an OBJ file says.
+#[derive(Debug, Default)]
+pub(crate) struct ObjChunk {
+    pub(crate) positions: Vec<[f64; 3]>,
+    /// sRGB and 255 for each position; empty if no vertex of the piece has a colour.
+    pub(crate) colours: Vec<[u8; 4]>,
+    /// NaN where the file has no finite number.
+    pub(crate) uvs: Vec<[f32; 2]>,
+    pub(crate) faces: Vec<RawFace>,
+    pub(crate) corners: Vec<RawCorner>,
+    /// Material names, each with the face of the piece from which on it is used.
+    pub(crate) uses: Vec<(u32, Vec<u8>)>,
+    /// Statements that are passed over, and the line of the first.
+    pub(crate) ignored: u32,
+    pub(crate) first_ignored: u32,
+    /// Lines in the piece.
+    pub(crate) lines: u32,
+    /// The first line that is wrong, if one is; what follows it was not parsed.
+    pub(crate) fault: Option<(u32, LineFault)>,
+    /// Whether the faulty line is the last and lacks its line end.
+    pub(crate) fault_at_end: bool,
+}
+
+/// Parses whole lines.
+pub(crate) fn parse(text: &[u8]) -> ObjChunk {
+    let mut chunk = ObjChunk::default();
+    let mut joined = Vec::new();
+    let mut start = 0;
+    while start < text.len() {
+        let line_number = chunk.lines;
+        let (mut line, mut next) = line_at(text, start);
+        chunk.lines += 1;
+        if line.ends_with(b"\\") {
+            joined.clear();
+            while let Some(part) = line.strip_suffix(b"\\") {
+                joined.extend_from_slice(part);
+                joined.push(b' ');
+                if next >= text.len() {
+                    line = b"";
+                    break;
+                }
+                (line, next) = line_at(text, next);
+                chunk.lines += 1;
+            }
+            joined.extend_from_slice(line);
+            line = &joined;
+        }
+        if let Err(fault) = chunk.statement(line, line_number) {
+            chunk.fault_at_end = next >= text.len() && !text.ends_with(b"\n");
+            chunk.fault = Some((line_number, fault));
+            break;
+        }
+        start = next;
+    }
+    chunk
+}
+
+/// The line that starts at a byte, without its end, and the byte after that.
+#[inline]
+fn line_at(text: &[u8], start: usize) -> (&[u8], usize) {
+    let (end, next) = match memchr::memchr(b'\n', &text[start..]) {
+        Some(at) => (start + at, start + at + 1),
+        None => (text.len(), text.len()),
+    };
+    let line = &text[start..end];
+    (line.strip_suffix(b"\r").unwrap_or(line), next)
+}
+
+impl ObjChunk {
+    #[inline]
+    fn statement(&mut self, line: &[u8], number: u32) -> Result<(), LineFault> {
+        match line {
+            [b'v', b' ' | b'\t', rest @ ..] => self.position(rest),
+            [b'f', b' ' | b'\t', rest @ ..] => self.face(rest, number),
+            [b'v', b't', b' ' | b'\t', rest @ ..] => self.texture_coordinate(rest),
+            [] | [b'#', ..] | [b'v', b'n', b' ' | b'\t', ..] => Ok(()),
+            _ => self.other(line, number),
+        }
+    }
+
+    /// `v x y z`, `v x y z w`, `v x y z r g b`.
+    #[inline]
+    fn position(&mut self, rest: &[u8]) -> Result<(), LineFault> {
+        let mut words = Words { rest };
+        let mut position = [0.0; 3];
+        for (axis, value) in ["x", "y", "z"].iter().zip(&mut position) {
+            let Some(word) = words.next() else {
+                return Err(LineFault::Syntax(format!("a vertex without {axis}")));
+            };
+            *value = match parse_f64(word) {
+                Some(value) if value.is_finite() => value,
+                Some(_) => return Err(LineFault::NotFinite(crate::error::shown(word))),
+                None => {
+                    let word = crate::error::shown(word);
+                    return Err(LineFault::Syntax(format!("{word} stands where a vertex has its {axis}")));
+                }
+            };
+        }
+        self.positions.push(position);
+        if let Some(r) = words.next() {
+            self.colour(r, words);
+        } else if !self.colours.is_empty() {
+            self.colours.push([0; 4]);
+        }
+        Ok(())
+    }
+
+    /// Three more numbers after a position are a colour, 0 to 1 or 0 to 255; a single one is a weight.
+    #[cold]
+    fn colour(&mut self, r: &[u8], mut words: Words<'_>) {
+        let channel = |word: Option<&[u8]>| word.and_then(parse_f64).filter(|c| c.is_finite());
+        let rgb = (channel(Some(r)), channel(words.next()), channel(words.next()));
+        let colour = if let (Some(r), Some(g), Some(b)) = rgb {
+            let scale = if r.max(g).max(b) > 1.0 { 1.0 } else { 255.0 };
+            let [r, g, b] = [r, g, b].map(|c| (c * scale).round().clamp(0.0, 255.0) as u8);
+            [r, g, b, 255]
+        } else {
+            [0; 4]
+        };
+        if self.colours.is_empty() && colour[3] == 0 {
+            return;
+        }
+        self.colours.resize(self.positions.len() - 1, [0; 4]);
+        self.colours.push(colour);
+    }
+
+    /// `vt u [v [w]]`.
+    #[inline]
+    fn texture_coordinate(&mut self, rest: &[u8]) -> Result<(), LineFault> {
+        let mut words = Words { rest };
+        let u = words.next().and_then(parse_f64);
+        let Some(u) = u else {
+            return Err(LineFault::Syntax("a texture coordinate without a number".to_owned()));
+        };
+        let v = match words.next() {
+            None => 0.0,
+            Some(word) => parse_f64(word).ok_or_else(|| {
+                let word = crate::error::shown(word);
+                LineFault::Syntax(format!("{word} stands where a texture coordinate has its v"))
+            })?,
+        };
+        let uv = [u as f32, v as f32];
+        self.uvs.push(if uv.iter().all(|c| c.is_finite()) { uv } else { [f32::NAN; 2] });
+        Ok(())
+    }
+
+    /// `f v…`, `f v/vt…`, `f v//vn…`, `f v/vt/vn…`.
+    #[inline]
+    fn face(&mut self, rest: &[u8], line: u32) -> Result<(), LineFault> {
+        let before = self.corners.len();
+        let words = Words { rest };
+        for word in words {
+            let Some(corner) = corner(word) else {
+                let word = crate::error::shown(word);
+                return Err(LineFault::Syntax(format!("{word} is no corner of a face: write v, v/vt or v/vt/vn")));
+            };
+            self.corners.push(corner);
+        }
+        self.faces.push(RawFace {
+            corners: (self.corners.len() - before) as u32,
+            line,
+            vertices: self.positions.len() as u32,
+            uvs: self.uvs.len() as u32,
+        });
+        Ok(())
+    }
+
+    /// Statements that are rare.
+    #[cold]
+    fn other(&mut self, line: &[u8], number: u32) -> Result<(), LineFault> {
+        let trimmed = line.trim_ascii();
+        if trimmed.len() < line.len() && !trimmed.is_empty() {
+            // Blanks before the keyword: allowed, though nobody writes them in large files.
+            return self.statement(trimmed, number);
+        }
+        let (keyword, rest) = crate::mtl::split_word(trimmed);
+        match keyword {
+            b"usemtl" => self.uses.push((self.faces.len() as u32, rest.to_vec())),
+            b"" | b"mtllib" | b"o" | b"g" | b"s" | b"vn" | b"vp" => {}
+            _ => {
+                if self.ignored == 0 {
+                    self.first_ignored = number;
+                }
+                self.ignored += 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One corner: the normal's index is passed over.
+#[inline]
+fn corner(word: &[u8]) -> Option<RawCorner> {
+    let (vertex, rest) = index(word)?;
+    match rest {
+        [] => Some(RawCorner { vertex, uv: 0 }),
+        [b'/', b'/', rest @ ..] => index(rest).filter(|(_, end)| end.is_empty()).map(|_| RawCorner { vertex, uv: 0 }),
+        // Some programs leave the slash where there is nothing to write.
+        [b'/'] => Some(RawCorner { vertex, uv: 0 }),
+        [b'/', rest @ ..] => {
+            let (uv, rest) = index(rest)?;
+            let fits = match rest {
+                [] | [b'/'] => true,
+                [b'/', rest @ ..] => index(rest).is_some_and(|(_, end)| end.is_empty()),
+                _ => false,
+            };
+            // An index of 0 names nothing: it must not be taken for "none".
+            fits.then_some(RawCorner { vertex, uv: if uv == 0 { i32::MIN } else { uv } })
+        }
+        _ => None,
+    }
+}
+
+/// A whole number at the start of a word, and what follows it.
+#[inline]
+fn index(word: &[u8]) -> Option<(i32, &[u8])> {
+    let (negative, digits) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        rest => (false, rest),
+    };
+    let mut value = 0i64;
+    let mut at = 0;
+    while let Some(digit) = digits.get(at).map(|d| d.wrapping_sub(b'0')).filter(|d| *d < 10) {
+        value = value * 10 + i64::from(digit);
+        at += 1;
+        if at > 10 {
+            return None;
+        }
+    }
+    if at == 0 {
+        return None;
+    }
+    let value = if negative { -value } else { value };
+    // Beyond what can be there: kept in range, it is reported as out of range.
+    let value = value.clamp(i64::from(-i32::MAX), i64::from(i32::MAX)) as i32;
+    Some((value, &digits[at..]))
+}
+
+/// The words of a line; a comment ends it.
+#[derive(Clone, Copy)]
+struct Words<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    #[inline]
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let blank = |b: u8| b == b' ' || b == b'\t' || b == b'\r';
+        let mut start = 0;
+        while self.rest.get(start).is_some_and(|b| blank(*b)) {
+            start += 1;
+        }
+        let mut end = start;
+        while self.rest.get(end).is_some_and(|b| !blank(*b)) {
+            end += 1;
+        }
+        let word = &self.rest[start..end];
+        self.rest = &self.rest[end..];
+        if word.is_empty() || word[0] == b'#' {
+            self.rest = &[];
+            return None;
+        }
+        Some(word)
+    }
+}
+
+/// The names after `mtllib` in a text, each with the range of the text in which it stands.
+pub(crate) fn library_names(text: &[u8]) -> Vec<Range<usize>> {
+    memchr::memmem::find_iter(text, b"mtllib")
+        .filter(|&at| {
+            let line = memchr::memrchr(b'\n', &text[..at]).map_or(0, |start| start + 1);
+            text[line..at].iter().all(u8::is_ascii_whitespace)
+        })
+        .map(|at| at + 6..memchr::memchr(b'\n', &text[at..]).map_or(text.len(), |end| at + end))
+        .filter(|range| text.get(range.start).is_some_and(u8::is_ascii_whitespace))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn raw(vertex: i32, uv: i32) -> RawCorner {
+        RawCorner { vertex, uv }
+    }
+
+    #[test]
+    fn reads_every_form_of_a_corner() {
+        let chunk = parse(b"f 1 2/3 4//5 6/7/8\nf -1/-2/-3 9/ 10//1 11/12/ # comment\n");
+        let corners = [raw(1, 0), raw(2, 3), raw(4, 0), raw(6, 7), raw(-1, -2), raw(9, 0), raw(10, 0), raw(11, 12)];
+        assert_eq!(chunk.corners, corners);
+        assert_eq!(chunk.faces.iter().map(|f| f.corners).collect::<Vec<_>>(), [4, 4]);
+        for word in ["", "/", "a", "1/a", "1/2/3/4", "1//", "1//2/", "--1", "1.5", "12345678901"] {
+            assert_eq!(corner(word.as_bytes()), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn lines_may_be_continued_and_end_in_any_way() {
+        let chunk = parse(b"v 1 2 \\\r\n3\r\nv 4 5 6\n\n  v 7\t8 9\r\nf 1 \\\n 2 \\\n 3\nusemtl a b \nf 3 2 1");
+        assert_eq!(chunk.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
+        assert_eq!(chunk.faces.len(), 2);
+        assert_eq!((chunk.faces[0].line, chunk.faces[1].line, chunk.lines), (5, 9, 10));
+        assert_eq!(chunk.uses, [(1, b"a b".to_vec())]);
+        assert!(chunk.fault.is_none());
+    }
+
+    #[test]
+    fn colours_are_of_either_scale_and_may_begin_late() {
+        let chunk = parse(b"v 0 0 0\nv 0 0 0 1\nv 0 0 0 1 0.5 0\nv 0 0 0 255 128 0\nv 0 0 0\n");
+        assert_eq!(chunk.colours, [[0; 4], [0; 4], [255, 128, 0, 255], [255, 128, 0, 255], [0; 4]]);
+    }
+
+    #[test]
+    fn faults_name_their_line() {
+        let fault = |text: &str| parse(text.as_bytes()).fault.map(|(line, _)| line);
+        assert_eq!(fault("v 1 2 3\nv 1 2\n"), Some(1));
+        assert_eq!(fault("v 1 2 \\\n3\n\nv 1 nan 2\n"), Some(3));
+        assert_eq!(fault("  f 1 x 3\n"), Some(0));
+        assert!(parse(b"v 1 2 3\nf 1/1 2/").fault.is_none());
+        assert!(parse(b"v 1 2 3\nf 1/1 2/b").fault_at_end);
+    }
+
+    #[test]
+    fn library_names_stand_at_the_start_of_lines() {
+        let text = b"mtllib a.mtl\n# mtllib no\n mtllib b c.mtl\r\nmtllibx no\n";
+        let names: Vec<_> = library_names(text).into_iter().map(|r| text[r].trim_ascii()).collect();
+        assert_eq!(names, [b"a.mtl".as_slice(), b"b c.mtl"]);
+    }
+}

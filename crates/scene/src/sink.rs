@@ -1,0 +1,111 @@
+//! Where the readers put their triangles: checked, gathered into chunks, handed to the visitor.
+
+use crate::counts::{Counts, WarningKind};
+use crate::error::{Place, SceneError};
+use crate::material::Material;
+use crate::survey::Survey;
+use crate::triangle::Triangle;
+use gable_geometry::{DVec3, dvec3};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Triangles that are handed on at a time: about 2 MB.
+const CHUNK: usize = 1 << 14;
+
+/// Why a stream ends before its end.
+#[derive(Debug)]
+pub(crate) enum Halt {
+    /// The input is bad.
+    Failed(Box<SceneError>),
+    /// The visitor has had enough.
+    Stopped,
+}
+
+impl From<SceneError> for Halt {
+    fn from(error: SceneError) -> Self {
+        Self::Failed(Box::new(error))
+    }
+}
+
+/// From the coordinates of a file to world coordinates, z up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    /// Whether the file's y is up: (x, y, z) becomes (x, −z, y).
+    pub(crate) y_up: bool,
+    /// What is added then, metres.
+    pub(crate) origin: DVec3,
+}
+
+impl Placement {
+    /// A file's point in world coordinates.
+    #[inline]
+    pub(crate) fn apply(&self, p: DVec3) -> DVec3 {
+        if self.y_up { dvec3(p.x, -p.z, p.y) + self.origin } else { p + self.origin }
+    }
+}
+
+/// The receiving end of a stream.
+pub(crate) struct Sink<'a> {
+    /// The scene's materials.
+    materials: &'a [Material],
+    visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
+    chunk: Vec<Triangle>,
+    survey: Survey,
+    /// What has been read so far.
+    pub(crate) counts: Counts,
+}
+
+impl<'a> Sink<'a> {
+    pub(crate) fn new(
+        materials: &'a [Material],
+        counts: Counts,
+        visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
+    ) -> Self {
+        Self { materials, visit, chunk: Vec::new(), survey: Survey::new(), counts }
+    }
+
+    /// Takes a triangle in world coordinates; counts and leaves out one without area.
+    #[inline]
+    pub(crate) fn triangle(&mut self, triangle: Triangle, path: &Path, place: Place) -> Result<(), Halt> {
+        if !self.survey.add(&triangle.corners) {
+            self.warn(WarningKind::DegenerateFace, path, place);
+            return Ok(());
+        }
+        let textured = triangle.uv.is_none()
+            && self.materials.get(triangle.material as usize).is_some_and(|m| m.texture.is_some());
+        if textured {
+            self.warn(WarningKind::MissingTextureCoordinates, path, place);
+        }
+        self.chunk.push(triangle);
+        if self.chunk.len() == CHUNK { self.hand_on() } else { Ok(()) }
+    }
+
+    /// Counts a warning at a place.
+    #[cold]
+    pub(crate) fn warn(&mut self, kind: WarningKind, path: &Path, place: Place) {
+        self.counts.warnings.add(kind, || format!("{}: {place}", path.display()));
+    }
+
+    /// Triangles taken so far, without those that have no area.
+    pub(crate) fn triangles(&self) -> u64 {
+        let mut counts = Counts::default();
+        self.survey.report(&mut counts);
+        counts.triangles
+    }
+
+    fn hand_on(&mut self) -> Result<(), Halt> {
+        if self.chunk.is_empty() {
+            return Ok(());
+        }
+        let flow = (self.visit)(&self.chunk);
+        self.chunk.clear();
+        if flow.is_break() { Err(Halt::Stopped) } else { Ok(()) }
+    }
+
+    /// Hands on the rest; what was read, and the sums to judge it by.
+    pub(crate) fn finish(mut self) -> Result<(Counts, Survey), Halt> {
+        self.hand_on()?;
+        self.survey.report(&mut self.counts);
+        Ok((self.counts, self.survey))
+    }
+}
