@@ -2,11 +2,16 @@
 
 pub mod params;
 
+mod error;
 mod observer;
+pub mod render;
+mod run;
 mod summary;
 
+pub use error::{ErrorKind, PipelineError};
 pub use observer::{Observer, Stage, Unobserved};
 pub use params::{ParamError, Params};
+pub use run::run;
 pub use summary::{
     BlockRecord, BlockState, BuildingRecord, Lod, RunStatus, RunSummary, StageSeconds, peak_memory_bytes,
 };

@@ -1,3 +1,22 @@
-//! The `gable` command.
+//! The `gable` command: from the textured photogrammetry mesh of a city to its buildings.
 
-fn main() {}
+mod cli;
+mod commands;
+mod exit;
+mod interrupt;
+mod progress;
+mod table;
+mod terminal;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = cli::Cli::parse();
+    terminal::start_logging(cli.global.verbose, cli.global.quiet);
+    let result = commands::dispatch(&cli);
+    if let Err(error) = &result {
+        exit::tell(error, cli.command.json());
+    }
+    exit::code(&result)
+}

@@ -1,0 +1,197 @@
+//! Models every building, whole, from the mosaic; artefacts by the tile that owns it.
+
+use super::stitch::Task;
+use super::{Context, prepare};
+use crate::artefact;
+use crate::mosaic::Mosaic;
+use crate::params::Method;
+use crate::stages::segment::Labelled;
+use crate::stages::split::Blocks;
+use crate::summary::{BuildingRecord, Lod};
+use crate::{PipelineError, Stage};
+use gable_city_model::{Building, Tolerances, Value};
+use gable_geometry::Frame;
+use gable_modeling::{BuildingInput, BuildingModel};
+use gable_ortho::{Orthograph, Raster};
+use gable_segmentation::{Label, Terrain};
+use gable_stitching::TileComponents;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A building of a tile, written or not, with its record.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Modelled {
+    pub(crate) building: Building,
+    pub(crate) record: BuildingRecord,
+    /// Roof surfaces for the pictures: outer rings in local metres, with the number of the plane.
+    pub(crate) roofs: Vec<Vec<[f64; 2]>>,
+}
+
+/// Where what was modelled lies.
+pub(crate) struct Tile {
+    pub(crate) ix: u32,
+    pub(crate) iy: u32,
+    pub(crate) path: std::path::PathBuf,
+}
+
+/// Models all buildings. Each belongs to the tile that holds its centroid.
+pub(crate) fn model(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    ortho: &Mosaic<Orthograph>,
+    labelled: &Labelled,
+    terrain: &Terrain,
+    tasks: &[Task],
+    photographed: bool,
+) -> Result<Vec<Tile>, PipelineError> {
+    let mut owned: BTreeMap<(u32, u32), Vec<&Task>> = BTreeMap::new();
+    for task in tasks {
+        owned.entry(blocks.owner(task.centroid)).or_default().push(task);
+    }
+    context.observer.stage(Stage::Model, tasks.len());
+    owned
+        .into_par_iter()
+        .map(|((iy, ix), tasks)| {
+            let path = context.workspace.path(&format!("models/{ix}_{iy}.json"));
+            if path.exists() {
+                tasks.iter().for_each(|t| context.observer.done(Stage::Model, &t.id));
+                return Ok(Tile { ix, iy, path });
+            }
+            let modelled: Vec<Modelled> = tasks
+                .par_iter()
+                .map(|task| {
+                    context.check_cancelled()?;
+                    let made = one(context, blocks.frame(), ortho, labelled, terrain, task, photographed)?;
+                    context.observer.done(Stage::Model, &task.id);
+                    Ok(record(task, made, [ix, iy], blocks.frame(), context.params.sampling.step))
+                })
+                .collect::<Result<_, PipelineError>>()?;
+            artefact::write_json(&path, &modelled)?;
+            Ok(Tile { ix, iy, path })
+        })
+        .collect()
+}
+
+/// Reads what was modelled for a tile.
+pub(crate) fn read(tile: &Tile) -> Result<Vec<Modelled>, PipelineError> {
+    let gone = || PipelineError::Artefact { path: tile.path.clone(), reason: "the file is gone".to_owned() };
+    artefact::read_json(&tile.path)?.ok_or_else(gone)
+}
+
+/// One building: a model, or the reason why there is none.
+fn one(
+    context: &Context<'_>,
+    frame: &Frame,
+    ortho: &Mosaic<Orthograph>,
+    labelled: &Labelled,
+    terrain: &Terrain,
+    task: &Task,
+    photographed: bool,
+) -> Result<Result<BuildingModel, String>, PipelineError> {
+    let _ = frame;
+    let step = context.params.sampling.step;
+    let inner = task.whole.window(step);
+    let window = inner.grown((gable_modeling::MARGIN / step).ceil() as usize);
+    let maps = prepare::read(ortho, window)?;
+    let Some(mask) = mask(&labelled.read(inner)?, task) else {
+        return Ok(Err("its pixels are not where they were when it was found".to_owned()));
+    };
+    let input = BuildingInput {
+        mask: mask.crop(window, false),
+        terrain: terrain.raster(window),
+        normal: maps.normal,
+        colour: photographed.then_some(maps.colour),
+        walls: maps.walls,
+        height: maps.height,
+        facets: Vec::new(),
+    };
+    // A fault in one building must not cost the city: it becomes that building's reason.
+    let params = params(context);
+    let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| gable_modeling::model(&input, &params)));
+    Ok(made.unwrap_or_else(|cause| {
+        let text = cause.downcast_ref::<String>().cloned().or_else(|| cause.downcast_ref::<&str>().map(ToString::to_string));
+        Err(format!("modelling failed: {}", text.unwrap_or_else(|| "unknown cause".to_owned())))
+    }))
+}
+
+/// The pixels of a building: the component of the labels inside its window that has its moments.
+fn mask(labels: &Raster<u8>, task: &Task) -> Option<Raster<bool>> {
+    let (components, marks) = TileComponents::of(labels, |&l| l == Label::Building as u8);
+    let number = components.components.iter().position(|c| *c == task.whole.extent)? as u32 + 1;
+    Some(marks.map(|&m| m == number))
+}
+
+fn params(context: &Context<'_>) -> gable_modeling::Params {
+    let given = &context.params.modeling;
+    let valid = &context.params.validation;
+    gable_modeling::Params {
+        method: match given.method {
+            Method::Gable => gable_modeling::Method::Gable,
+            Method::Zhu2018 => gable_modeling::Method::Zhu2018,
+        },
+        facade_angle: given.facade_angle,
+        plane_distance: given.plane_distance,
+        plane_angle: given.plane_angle,
+        plane_area: given.plane_area,
+        max_planes: given.max_planes,
+        line_length: given.line_length,
+        collinear: given.collinear,
+        extension: given.extension,
+        min_cell_area: given.min_cell_area,
+        beta: given.beta,
+        beta_pixel: given.beta_pixel,
+        min_height: context.params.segmentation.min_height,
+        tolerances: Tolerances { snap: valid.snap, planarity: valid.planarity, normals_deg: valid.normals },
+    }
+}
+
+fn record(
+    task: &Task,
+    made: Result<BuildingModel, String>,
+    tile: [u32; 2],
+    frame: &Frame,
+    step: f64,
+) -> Modelled {
+    let bounds = task.whole.window(step).bounds();
+    let [ox, oy, _] = frame.origin;
+    let bbox = [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy];
+    let mut building = Building { id: task.id.clone(), attributes: BTreeMap::new(), lods: Default::default() };
+    let mut record = BuildingRecord {
+        id: task.id.clone(),
+        tile,
+        bbox,
+        lod: Lod::None,
+        reason: None,
+        area_m2: task.whole.area(step),
+        height_m: 0.0,
+        rmse_m: None,
+        faces: 0,
+    };
+    let mut roofs = Vec::new();
+    match made {
+        Err(reason) => record.reason = Some(reason),
+        Ok(model) => {
+            let lods = model.lods;
+            let faces = |shells: &[gable_city_model::Shell]| shells.iter().map(|s| s.faces.len() as u32).sum();
+            (record.lod, record.faces) = if !lods.lod2.is_empty() {
+                (Lod::Lod2, faces(&lods.lod2))
+            } else if !lods.lod1.is_empty() {
+                (Lod::Lod1, faces(&lods.lod1))
+            } else if let Some(footprint) = &lods.footprint {
+                (Lod::Lod0, footprint.faces.len() as u32)
+            } else {
+                (Lod::None, 0)
+            };
+            record.reason = model.reason;
+            record.area_m2 = model.area;
+            record.height_m = model.height;
+            record.rmse_m = Some(model.rmse);
+            building.attributes = model.attributes;
+            building.attributes.insert("block".to_owned(), Value::Text(format!("{}_{}", tile[0], tile[1])));
+            building.lods = lods;
+            roofs = model.roofs.iter().map(|(p, _)| p.outer.iter().map(|v| v.to_array()).collect()).collect();
+        }
+    }
+    Modelled { building, record, roofs }
+}

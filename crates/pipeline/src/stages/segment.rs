@@ -1,0 +1,150 @@
+//! Labels for every patch of a fixed lattice.
+//!
+//! The lattice hangs on the local origin, not on the grid, so that a pixel gets the same label whatever the blocks; a
+//! patch sees a margin around itself and keeps its core.
+
+use super::{Context, prepare};
+use crate::artefact::{self, LabelTile};
+use crate::mosaic::{Mosaic, MosaicTile};
+use crate::params::{Features, Method, TerrainModel};
+use crate::{PipelineError, Stage};
+use gable_ortho::{GridWindow, Orthograph, Raster};
+use gable_segmentation::{FeatureSet, Label, Model, SegmentParams, Terrain};
+use gable_stitching::TileComponents;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// The labelled patches: their components, and the mosaic of their labels.
+pub(crate) struct Labelled {
+    pub(crate) components: Vec<TileComponents>,
+    pub(crate) labels: Mosaic<LabelTile>,
+}
+
+/// Labels all patches with data.
+pub(crate) fn segment(
+    context: &Context<'_>,
+    ortho: &Mosaic<Orthograph>,
+    terrain: &Terrain,
+    photographed: bool,
+) -> Result<Labelled, PipelineError> {
+    let patches = patches(ortho, context.params.segmentation.patch);
+    context.observer.stage(Stage::Segment, patches.len());
+    let (model, coloured) = classifier(context, photographed)?;
+    let params = segment_params(context);
+    let done: Vec<Option<(TileComponents, MosaicTile)>> = patches
+        .par_iter()
+        .map(|&patch| {
+            context.check_cancelled()?;
+            let name = format!("{}_{}", patch.x0, patch.y0);
+            let path = context.workspace.path(&format!("labels/{name}.lab"));
+            let beside = context.workspace.path(&format!("labels/{name}.json"));
+            let found = artefact::read_json::<TileComponents>(&beside)?;
+            let components = match found {
+                Some(components) => components,
+                None => {
+                    let labels = label(context, ortho, terrain, &model, coloured, &params, patch)
+                        .map_err(|reason| context.failed(Stage::Segment, &name, reason))?;
+                    let (components, _) = TileComponents::of(&labels, |&l| l == Label::Building as u8);
+                    LabelTile(labels).write(&path)?;
+                    artefact::write_json(&beside, &components)?;
+                    components
+                }
+            };
+            context.observer.done(Stage::Segment, &name);
+            Ok(Some((components, MosaicTile { window: patch, path })))
+        })
+        .collect::<Result<_, PipelineError>>()?;
+    let (components, tiles) = done.into_iter().flatten().unzip();
+    Ok(Labelled { components, labels: Mosaic::new(tiles, ortho.step(), context.cache_bytes() / 8) })
+}
+
+/// The patches of the lattice that hold a sampled tile, row by row.
+fn patches(ortho: &Mosaic<Orthograph>, edge: usize) -> Vec<GridWindow> {
+    let e = edge as i64;
+    let mut cells = BTreeSet::new();
+    for tile in ortho.tiles() {
+        let w = tile.window;
+        for y in w.y0.div_euclid(e)..=(w.y0 + w.height as i64 - 1).div_euclid(e) {
+            for x in w.x0.div_euclid(e)..=(w.x0 + w.width as i64 - 1).div_euclid(e) {
+                cells.insert((y, x));
+            }
+        }
+    }
+    let window = |(y, x)| GridWindow { step: ortho.step(), x0: x * e, y0: y * e, width: edge, height: edge };
+    cells.into_iter().map(window).collect()
+}
+
+/// The tree classifier, and whether it looks at colour.
+fn classifier(context: &Context<'_>, photographed: bool) -> Result<(Model, bool), PipelineError> {
+    let params = &context.params.segmentation;
+    let set = match (params.features, photographed) {
+        (Features::Geometric, _) => FeatureSet::Geometric,
+        (Features::Zhu2018, true) => FeatureSet::Zhu27,
+        (Features::Auto | Features::Full, true) => FeatureSet::Full,
+        (_, false) => {
+            context.observer.warning("the mesh has no texture: trees are told from buildings by their shape alone");
+            FeatureSet::Geometric
+        }
+    };
+    let Some(path) = &params.weights else { return Ok((Model::shipped(set), set != FeatureSet::Geometric)) };
+    let wrong = |reason: String| PipelineError::Input(format!("{}: {reason}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
+    let model = Model::from_json(&text).map_err(|e| wrong(e.to_string()))?;
+    let coloured = model.features != FeatureSet::Geometric;
+    if coloured && !photographed {
+        return Err(wrong("these weights look at colour, and the mesh has none".to_owned()));
+    }
+    Ok((model, coloured))
+}
+
+fn segment_params(context: &Context<'_>) -> SegmentParams {
+    let given = &context.params.segmentation;
+    let mut params = if given.method == Method::Zhu2018 { SegmentParams::zhu2018() } else { SegmentParams::default() };
+    params.height = given.h_trunc;
+    params.smoothness = given.mu;
+    params.cleanup.opening = given.opening;
+    params.cleanup.closing = given.closing;
+    params
+}
+
+fn label(
+    context: &Context<'_>,
+    ortho: &Mosaic<Orthograph>,
+    terrain: &Terrain,
+    model: &Model,
+    coloured: bool,
+    params: &SegmentParams,
+    patch: GridWindow,
+) -> Result<Raster<u8>, String> {
+    let window = patch.grown(context.params.segmentation.margin);
+    let maps = prepare::read(ortho, window).map_err(|e| e.to_string())?;
+    let input = gable_segmentation::Orthograph {
+        colour: coloured.then_some(&maps.colour),
+        height: &maps.height,
+        normal: &maps.normal,
+    };
+    let ground = match context.params.segmentation.terrain {
+        TerrainModel::Surface => terrain.raster(window),
+        TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
+    };
+    let found = gable_segmentation::segment(&input, &ground, model, params).map_err(|e| e.to_string())?;
+    let mut labels = found.labels;
+    for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
+        if z.is_nan() {
+            *label = artefact::NO_LABEL;
+        }
+    }
+    Ok(labels.crop(patch, artefact::NO_LABEL))
+}
+
+fn centre(window: GridWindow) -> gable_geometry::DVec2 {
+    let b = window.bounds();
+    0.5 * (b.min + b.max)
+}
+
+impl Labelled {
+    /// The labels on a window.
+    pub(crate) fn read(&self, window: GridWindow) -> Result<Raster<u8>, PipelineError> {
+        Ok(self.labels.read(window)?.0)
+    }
+}

@@ -1,0 +1,181 @@
+//! The command line: arguments, help and examples.
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+const MAIN_HELP: &str = "\
+Examples:
+  gable demo                                        make a small city, model it, measure the result
+  gable run mesh.obj --out city                     one OBJ file with its MTL and textures
+  gable run Production_1 --out city --grid 32x32    a folder of OBJ tiles with metadata.xml
+  gable run scan.ply --out city --crs EPSG:25832    a mesh whose file does not tell its reference system
+  gable params                                      every parameter with unit, default and range
+
+Exit codes:
+  0 success   1 failure   2 wrong usage or bad input   3 partial result   130 interrupted
+
+Logs go to standard error; RUST_LOG (such as RUST_LOG=gable=debug) says which.";
+
+/// From the textured photogrammetry mesh of a city to CityGML and CityJSON buildings.
+#[derive(Debug, Parser)]
+#[command(name = "gable", version, styles = STYLES, after_help = MAIN_HELP, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: GlobalArgs,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// Arguments of every command.
+#[derive(Debug, Args)]
+pub(crate) struct GlobalArgs {
+    /// Tell more: -v what is done, -vv details, -vvv everything
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub(crate) verbose: u8,
+    /// No progress and no warnings, errors only
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Turn a city mesh into a city model
+    Run(RunArgs),
+    /// List every parameter with unit, default and range
+    Params(ParamsArgs),
+}
+
+impl Command {
+    /// Whether the result goes to standard output as JSON.
+    pub(crate) fn json(&self) -> bool {
+        match self {
+            Self::Run(args) => args.json,
+            Self::Params(args) => args.json,
+        }
+    }
+}
+
+const RUN_HELP: &str = "\
+Examples:
+  gable run mesh.obj --out city
+  gable run Production_1 --out city --block-size 200 --preset fast
+  gable run scan.off --out city --grid 1x1 --step 0.1 --set modeling.plane_distance=0.2
+  gable run mesh.glb --out city --up y --crs EPSG:7415 --json > summary.json
+  gable run mesh.obj --out baseline --preset zhu2018
+
+INPUT is an OBJ, PLY, OFF, GLB or glTF file, or a folder of OBJ tiles as photogrammetry programs
+write it, with or without metadata.xml.
+
+DIR gets city.city.jsonl, tiles/*.city.json, tiles/*.gml, index.json, report.html and report.json.
+After an interruption the same command goes on where it was.";
+
+/// Arguments of `gable run`.
+#[derive(Debug, Args)]
+#[command(after_help = RUN_HELP)]
+pub(crate) struct RunArgs {
+    /// Mesh file, or folder of mesh tiles
+    pub(crate) input: PathBuf,
+    /// Folder for the result; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Print the summary as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// Arguments that set parameters.
+#[derive(Debug, Args, Default)]
+#[command(next_help_heading = "Parameters (gable params lists all)")]
+pub(crate) struct ParamArgs {
+    /// Values from a TOML file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// A named set of values: default, zhu2018, fast, fine
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Set any parameter; may be given many times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// Edge of a pixel, metres
+    #[arg(long, value_name = "M")]
+    pub(crate) step: Option<String>,
+    /// Blocks, as columns x rows
+    #[arg(long, value_name = "CxR", conflicts_with = "block_size")]
+    pub(crate) grid: Option<String>,
+    /// Edge of a block, metres, instead of --grid
+    #[arg(long, value_name = "M")]
+    pub(crate) block_size: Option<String>,
+    /// Whose rules every stage follows: gable or zhu2018
+    #[arg(long, value_name = "NAME")]
+    pub(crate) method: Option<String>,
+    /// Which axis of the input points up: auto, z, y
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<String>,
+    /// Reference system: EPSG:code or ENU:latitude,longitude
+    #[arg(long, value_name = "CRS")]
+    pub(crate) crs: Option<String>,
+    /// Output formats, joined by commas: cityjson, cityjsonseq, citygml
+    #[arg(long, value_name = "LIST")]
+    pub(crate) formats: Option<String>,
+    /// Threads; 0 for one on each core
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<String>,
+    /// Memory to stay under, MB
+    #[arg(long, value_name = "MB")]
+    pub(crate) memory: Option<String>,
+}
+
+const PARAMS_HELP: &str = "\
+Examples:
+  gable params
+  gable params modeling
+  gable params --preset fine --json
+
+Set a parameter by --set NAME=VALUE, or in the file of --config:
+  preset = \"fast\"
+  [sampling]
+  step = 0.3
+
+NAME may be short (step) where that is unique. Later ones win: defaults, preset, config file, flags.";
+
+/// Arguments of `gable params`.
+#[derive(Debug, Args)]
+#[command(after_help = PARAMS_HELP)]
+pub(crate) struct ParamsArgs {
+    /// Only parameters whose name contains this
+    pub(crate) filter: Option<String>,
+    /// Print the list as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn presets_and_formats_are_named_in_the_help() {
+        let mut command = Cli::command();
+        let help = command.find_subcommand_mut("run").unwrap().render_long_help().to_string();
+        for preset in gable_pipeline::params::PRESETS {
+            assert!(help.contains(preset.name), "{} is missing in the help", preset.name);
+        }
+    }
+}

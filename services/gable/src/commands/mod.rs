@@ -1,0 +1,94 @@
+//! The commands.
+
+mod params;
+mod run;
+
+use crate::cli::{Cli, Command, ParamArgs};
+use crate::exit::{Outcome, UsageError};
+use anyhow::Context as _;
+use gable_pipeline::Params;
+
+/// Runs the command that was given.
+pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
+    match &cli.command {
+        Command::Run(args) => run::run(args, cli.global.quiet),
+        Command::Params(args) => params::run(args),
+    }
+}
+
+/// The values that the arguments ask for.
+pub(crate) fn assemble(args: &ParamArgs) -> anyhow::Result<Params> {
+    let config = args.config.as_ref().map(|path| {
+        std::fs::read_to_string(path).map_err(|e| UsageError(format!("config file {}: {e}", path.display())))
+    });
+    let config = config.transpose()?;
+    let mut settings = Vec::new();
+    for setting in &args.settings {
+        let Some((name, value)) = setting.split_once('=') else {
+            return Err(UsageError(format!("--set {setting:?} has no value: write --set NAME=VALUE")).into());
+        };
+        settings.push((name.to_owned(), value.to_owned()));
+    }
+    if let Some(grid) = &args.grid {
+        let Some((columns, rows)) = grid.split_once(['x', 'X', '×']) else {
+            return Err(
+                UsageError(format!("--grid {grid:?} cannot be read: write columns x rows, such as 16x16")).into()
+            );
+        };
+        settings.push(("grid.columns".to_owned(), columns.to_owned()));
+        settings.push(("grid.rows".to_owned(), rows.to_owned()));
+        settings.push(("grid.block_size".to_owned(), "0".to_owned()));
+    }
+    let flags = [
+        ("sampling.step", &args.step),
+        ("grid.block_size", &args.block_size),
+        ("method", &args.method),
+        ("input.up", &args.up),
+        ("input.crs", &args.crs),
+        ("output.formats", &args.formats),
+        ("resources.threads", &args.threads),
+        ("resources.memory", &args.memory),
+    ];
+    for (name, value) in flags {
+        if let Some(value) = value {
+            settings.push((name.to_owned(), value.clone()));
+        }
+    }
+    let params = Params::assemble(args.preset.as_deref(), config.as_deref(), &settings);
+    match &args.config {
+        Some(path) => params.with_context(|| format!("with config file {}", path.display())),
+        None => Ok(params?),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_pipeline::params::Method;
+
+    fn args(set: &[&str]) -> ParamArgs {
+        ParamArgs { settings: set.iter().map(|s| (*s).to_owned()).collect(), ..ParamArgs::default() }
+    }
+
+    #[test]
+    fn flags_set_parameters() {
+        let flags = ParamArgs {
+            grid: Some("4x3".to_owned()),
+            method: Some("zhu2018".to_owned()),
+            step: Some("0.3".to_owned()),
+            ..args(&["step=0.1"])
+        };
+        let params = assemble(&flags).unwrap();
+        assert_eq!((params.grid.columns, params.grid.rows, params.sampling.step), (4, 3, 0.3));
+        assert_eq!(params.modeling.method, Method::Zhu2018);
+    }
+
+    #[test]
+    fn wrong_flags_are_usage_errors() {
+        let message = |args: &ParamArgs| assemble(args).unwrap_err().to_string();
+        assert!(message(&args(&["step"])).contains("--set NAME=VALUE"));
+        assert!(message(&ParamArgs { grid: Some("16".to_owned()), ..args(&[]) }).contains("16x16"));
+        let absent = ParamArgs { config: Some("/does/not/exist.toml".into()), ..args(&[]) };
+        assert!(message(&absent).contains("/does/not/exist.toml"));
+    }
+}

@@ -1,0 +1,69 @@
+//! `gable params`: every parameter with unit, default and range.
+
+use crate::cli::ParamsArgs;
+use crate::exit::Outcome;
+use crate::{table, terminal};
+use gable_pipeline::Params;
+use gable_pipeline::params::{GROUPS, PARAMETERS, PRESETS, Parameter};
+use serde_json::json;
+
+/// Lists the parameters.
+pub(crate) fn run(args: &ParamsArgs) -> anyhow::Result<Outcome> {
+    let params = super::assemble(&args.params)?;
+    let defaults = Params::default();
+    let filter = args.filter.as_deref().unwrap_or_default();
+    let listed: Vec<_> = PARAMETERS.iter().filter(|p| p.name.contains(filter)).collect();
+    if args.json {
+        let presets: Vec<_> = PRESETS
+            .iter()
+            .map(|p| json!({ "name": p.name, "help": p.help, "values": p.values.iter().copied().collect::<std::collections::BTreeMap<_, _>>() }))
+            .collect();
+        let list: Vec<_> = listed.iter().map(|p| row(p, &params, &defaults)).collect();
+        terminal::json(&json!({ "parameters": list, "presets": presets }));
+    } else {
+        terminal::stdout(&text(&listed, &params, &defaults));
+    }
+    Ok(Outcome::Success)
+}
+
+/// One parameter as JSON.
+fn row(p: &Parameter, params: &Params, defaults: &Params) -> serde_json::Value {
+    json!({
+        "name": p.name,
+        "group": p.group,
+        "kind": p.kind,
+        "unit": p.unit,
+        "default": p.value(defaults),
+        "value": p.value(params),
+        "min": p.bounds.map(|b| b.min),
+        "max": p.bounds.map(|b| b.max),
+        "choices": p.choices,
+        "help": p.help,
+    })
+}
+
+/// The list as text: one table for each group.
+fn text(listed: &[&Parameter], params: &Params, defaults: &Params) -> String {
+    let mut text = String::new();
+    for (group, help) in GROUPS {
+        let members: Vec<_> = listed.iter().filter(|p| p.group == *group).collect();
+        if members.is_empty() {
+            continue;
+        }
+        text += &format!("[{group}] {help}\n\n");
+        let mut rows = vec![["name", "value", "unit", "range", "help"].map(str::to_owned).to_vec()];
+        for p in members {
+            let changed = p.value(params) != p.value(defaults);
+            let mark = if changed { format!(" (default {})", p.value(defaults)) } else { String::new() };
+            let value = Some(p.value(params)).filter(|v| !v.is_empty()).unwrap_or_else(|| "-".to_owned());
+            rows.push(vec![p.name.to_owned(), value + &mark, p.unit.to_owned(), p.range(), p.help.to_owned()]);
+        }
+        text += &table::render(&rows);
+        text.push('\n');
+    }
+    text += "Presets:\n";
+    for preset in PRESETS {
+        text += &format!("  {:8}  {}\n", preset.name, preset.help);
+    }
+    text
+}

@@ -1,0 +1,68 @@
+//! Standard output for results, standard error for everything else, without tearing the progress bar.
+
+use indicatif::{MultiProgress, ProgressDrawTarget};
+use std::io::{self, IsTerminal as _, Write};
+use std::sync::LazyLock;
+use tracing_subscriber::EnvFilter;
+
+/// The progress bars on standard error; lines are written between their redraws.
+pub(crate) static BARS: LazyLock<MultiProgress> =
+    LazyLock::new(|| MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(8)));
+
+/// Whether progress can be drawn, rather than told line by line.
+pub(crate) fn is_interactive() -> bool {
+    io::stderr().is_terminal()
+}
+
+/// A line on standard error. A reader that has gone away is no reason to stop.
+pub(crate) fn stderr_line(text: &str) {
+    BARS.suspend(|| writeln!(io::stderr(), "{text}").ok());
+}
+
+/// Text on standard output, ended by a line break.
+pub(crate) fn stdout(text: &str) {
+    BARS.suspend(|| writeln!(io::stdout(), "{}", text.trim_end_matches('\n')).ok());
+}
+
+/// A value as JSON on standard output.
+pub(crate) fn json(value: &impl serde::Serialize) {
+    match serde_json::to_string_pretty(value) {
+        Ok(text) => stdout(&text),
+        Err(error) => stderr_line(&format!("error: the result cannot be written as JSON: {error}")),
+    }
+}
+
+/// Writes log lines between redraws of the progress bar.
+struct LogWriter;
+
+impl Write for LogWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        BARS.suspend(|| io::stderr().write_all(bytes))?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+/// Sends log lines to standard error: warnings by default, more with `-v`, `-vv` or `RUST_LOG`.
+pub(crate) fn start_logging(verbose: u8, quiet: bool) {
+    let level = match (quiet, verbose) {
+        (true, _) => "error",
+        (false, 0) => "warn",
+        (false, 1) => "info",
+        (false, 2) => "debug",
+        _ => "trace",
+    };
+    let filter = EnvFilter::builder().with_default_directive(tracing::Level::ERROR.into());
+    let filter = match std::env::var("RUST_LOG") {
+        Ok(text) if !text.is_empty() => filter.parse_lossy(text),
+        _ => filter.parse_lossy(level),
+    };
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(is_interactive() && std::env::var_os("NO_COLOR").is_none())
+        .with_writer(|| LogWriter)
+        .init();
+}
