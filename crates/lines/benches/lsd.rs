@@ -1,0 +1,3 @@
+//! Benchmarks of the line segment detector.
+
+fn main() {}
