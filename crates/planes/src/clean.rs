@@ -1,0 +1,58 @@
+//! Regions that are no roof planes: too small, too thin or too steep.
+
+use crate::partition::Partition;
+use crate::roof_plane::UNASSIGNED;
+
+/// Drops planes with less than `min_area` m², steeper than `max_slope` (tangent), or thinner than `min_width`
+/// metres nearly everywhere: rounded borders and walls. Returns how many were dropped.
+pub(crate) fn clean(partition: &mut Partition<'_>, min_area: f64, min_width: f64, max_slope: f64) -> usize {
+    let step = partition.field.step;
+    let counts = partition.counts();
+    let core = core_counts(partition, (0.5 * min_width / step).round() as usize);
+    let keep: Vec<bool> = (0..partition.planes.len())
+        .map(|k| {
+            let [a, b, _] = partition.planes[k];
+            // A disc of diameter min_width keeps its centre only; a region must hold more than that.
+            let wide = core[k] as f64 >= (0.02 * counts[k] as f64).max(2.0);
+            counts[k] as f64 * step * step >= min_area && a.hypot(b) <= max_slope && wide
+        })
+        .collect();
+    let dropped = keep.iter().filter(|&&k| !k).count();
+    if dropped > 0 {
+        partition.retain(&keep);
+    }
+    dropped
+}
+
+/// Pixels of each label whose square of `2·reach + 1` pixels has the same label throughout.
+fn core_counts(partition: &Partition<'_>, reach: usize) -> Vec<usize> {
+    let (w, h) = (partition.field.width, partition.field.height);
+    // Runs of equal labels to the west and the east, then of such rows to the south and the north.
+    let mut wide = vec![UNASSIGNED; w * h];
+    for j in 0..h {
+        let row = &partition.labels[j * w..][..w];
+        let mut start = 0;
+        for i in 0..=w {
+            if i == w || row[i] != row[start] {
+                for k in start + reach..i.saturating_sub(reach) {
+                    wide[j * w + k] = row[start];
+                }
+                start = i;
+            }
+        }
+    }
+    let mut counts = vec![0; partition.planes.len()];
+    for i in 0..w {
+        let mut start = 0;
+        for j in 0..=h {
+            if j == h || wide[j * w + i] != wide[start * w + i] {
+                let label = wide[start * w + i];
+                if label != UNASSIGNED {
+                    counts[label as usize] += (j - start).saturating_sub(2 * reach);
+                }
+                start = j;
+            }
+        }
+    }
+    counts
+}

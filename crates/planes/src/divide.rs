@@ -1,0 +1,198 @@
+//! Splitting regions that hold more than one plane, and merging those that hold the same one.
+//!
+//! Both ask the same question: by how much does a second plane lower the sum of squared distances? Noise that is
+//! correlated over a few metres lets any two planes fit better than one, by a few times σ² per patch of correlated
+//! noise; a second plane must lower the sum by clearly more than that.
+
+use crate::partition::{Partition, residual_sum};
+use crate::roof_plane::UNASSIGNED;
+use gable_geometry::{Covariance3, dvec3};
+use std::collections::BTreeMap;
+
+/// What is known about the noise, and what a region must have.
+pub(crate) struct Evidence {
+    /// Area over which the noise of the heights is correlated, m².
+    pub(crate) noise_area: f64,
+    /// Least standard deviation that is assumed for it, metres.
+    pub(crate) min_noise: f64,
+    /// How many times σ² · `noise_area` the sum of squares (m⁴) must fall for a second plane.
+    pub(crate) significance: f64,
+    /// Least area of a region, m².
+    pub(crate) min_area: f64,
+    /// Least width of a region, metres.
+    pub(crate) min_width: f64,
+}
+
+impl Evidence {
+    /// Ratio of the gain of two planes over one to the gain that noise could bring; both weights in pixels.
+    fn ratio(&self, joint: f64, apart: f64, weight: f64, pixel_area: f64) -> f64 {
+        let variance = (apart / weight.max(1.0)).max(self.min_noise * self.min_noise);
+        (joint - apart) * pixel_area / (self.significance * variance * self.noise_area)
+    }
+}
+
+/// Directions that are tried for a cut.
+const DIRECTIONS: usize = 12;
+
+/// Splits each region by the straight line that best divides it into two planes, if that is significant. Pixels
+/// at borders do not vote. Returns how many regions were split. O(directions · pixels).
+pub(crate) fn split(partition: &mut Partition<'_>, evidence: &Evidence) -> usize {
+    let field = partition.field;
+    let step = field.step;
+    let reach = partition.rounding_reach();
+    let mut pixels: Vec<Vec<u32>> = vec![Vec::new(); partition.planes.len()];
+    for (p, &label) in partition.labels.iter().enumerate() {
+        if label != UNASSIGNED && partition.is_interior(p, reach) {
+            pixels[label as usize].push(p as u32);
+        }
+    }
+    let mut splits = 0;
+    for (label, pixels) in pixels.iter().enumerate() {
+        // Interior pixels only: the region itself is larger.
+        if (pixels.len() as f64) * step * step < evidence.min_area || partition.planes.len() + 1 >= UNASSIGNED as usize {
+            continue;
+        }
+        let stride = (pixels.len() / 4000).max(1);
+        let Some(cut) = best_cut(partition, pixels, stride, evidence) else { continue };
+        let new = partition.planes.len() as u16;
+        for (p, l) in partition.labels.iter_mut().enumerate() {
+            if *l == label as u16 {
+                let (x, y) = field.position(p);
+                if x * cut.normal.0 + y * cut.normal.1 > cut.offset {
+                    *l = new;
+                }
+            }
+        }
+        partition.planes[label] = cut.planes[0];
+        partition.planes.push(cut.planes[1]);
+        splits += 1;
+    }
+    splits
+}
+
+struct Cut {
+    normal: (f64, f64),
+    offset: f64,
+    planes: [[f64; 3]; 2],
+}
+
+fn best_cut(partition: &Partition<'_>, pixels: &[u32], stride: usize, evidence: &Evidence) -> Option<Cut> {
+    let field = partition.field;
+    let points: Vec<_> = pixels
+        .iter()
+        .step_by(stride)
+        .map(|&p| {
+            let (x, y) = field.position(p as usize);
+            dvec3(x, y, f64::from(field.z[p as usize]))
+        })
+        .collect();
+    let pixel_area = field.step * field.step * pixels.len() as f64 / points.len() as f64;
+    let mut whole = Covariance3::default();
+    for &p in &points {
+        whole.add(p, 1.0);
+    }
+    let joint = residual_sum(&whole);
+    let bin = 0.5f64.max(2.0 * field.step);
+    let margin = (0.5 * evidence.min_width / bin).ceil() as usize;
+    let mut best: Option<(f64, Cut)> = None;
+    for k in 0..DIRECTIONS {
+        let angle = std::f64::consts::PI * k as f64 / DIRECTIONS as f64;
+        let normal = (angle.cos(), angle.sin());
+        let along = |p: gable_geometry::DVec3| p.x * normal.0 + p.y * normal.1;
+        let low = points.iter().map(|&p| along(p)).fold(f64::INFINITY, f64::min);
+        let mut bins: Vec<Covariance3> = Vec::new();
+        for &p in &points {
+            let at = ((along(p) - low) / bin) as usize;
+            if at >= bins.len() {
+                bins.resize(at + 1, Covariance3::default());
+            }
+            bins[at].add(p, 1.0);
+        }
+        let n = bins.len();
+        let mut above = vec![Covariance3::default(); n + 1];
+        for i in (0..n).rev() {
+            above[i] = bins[i];
+            let rest = above[i + 1];
+            above[i].merge(&rest);
+        }
+        let mut below = Covariance3::default();
+        for i in 0..n.saturating_sub(margin) {
+            below.merge(&bins[i]);
+            let rest = &above[i + 1];
+            let least = below.weight().min(rest.weight()) * pixel_area;
+            // Half the area is enough here: borders are not counted, and the planes compete afterwards.
+            if i + 1 < margin || least < 0.5 * evidence.min_area {
+                continue;
+            }
+            let apart = residual_sum(&below) + residual_sum(rest);
+            let ratio = evidence.ratio(joint, apart, whole.weight(), pixel_area);
+            if ratio > 1.2 && best.as_ref().is_none_or(|b| ratio > b.0) {
+                if let (Some(p), Some(q)) = (below.height_plane(), rest.height_plane()) {
+                    let offset = low + (i + 1) as f64 * bin;
+                    best = Some((ratio, Cut { normal, offset, planes: [[p.a, p.b, p.c], [q.a, q.b, q.c]] }));
+                }
+            }
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// Merges neighbours that one plane fits as well as two, the least different first. Returns how many were merged.
+pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence) -> usize {
+    let w = partition.field.width;
+    let mut borders: BTreeMap<(u16, u16), usize> = BTreeMap::new();
+    for p in 0..partition.labels.len() {
+        for q in [p + 1, p + w] {
+            let Some(&other) = partition.labels.get(q) else { continue };
+            let own = partition.labels[p];
+            if own != other && own != UNASSIGNED && other != UNASSIGNED {
+                *borders.entry((own.min(other), own.max(other))).or_default() += 1;
+            }
+        }
+    }
+    let mut moments = partition.moments();
+    let mut into: Vec<u16> = (0..partition.planes.len() as u16).collect();
+    let pixel_area = partition.field.step * partition.field.step;
+    let mut merged = 0;
+    loop {
+        let mut best: Option<(f64, u16, u16)> = None;
+        for &(i, j) in borders.keys() {
+            let (a, b) = (&moments[i as usize], &moments[j as usize]);
+            let mut both = *a;
+            both.merge(b);
+            let apart = residual_sum(a) + residual_sum(b);
+            let ratio = evidence.ratio(residual_sum(&both), apart, both.weight(), pixel_area);
+            if ratio < 1.0 && best.is_none_or(|x| ratio < x.0) {
+                best = Some((ratio, i, j));
+            }
+        }
+        let Some((_, i, j)) = best else { break };
+        merged += 1;
+        let other = moments[j as usize];
+        moments[i as usize].merge(&other);
+        for k in &mut into {
+            if *k == j {
+                *k = i;
+            }
+        }
+        let moved = std::mem::take(&mut borders);
+        for ((a, b), n) in moved {
+            let rename = |k: u16| if k == j { i } else { k };
+            let (a, b) = (rename(a), rename(b));
+            if a != b {
+                *borders.entry((a.min(b), a.max(b))).or_default() += n;
+            }
+        }
+    }
+    if merged > 0 {
+        for label in &mut partition.labels {
+            if *label != UNASSIGNED {
+                *label = into[*label as usize];
+            }
+        }
+        let keep: Vec<bool> = into.iter().enumerate().map(|(k, &i)| k == i as usize).collect();
+        partition.retain(&keep);
+        partition.refit();
+    }
+    merged
+}

@@ -1,0 +1,183 @@
+//! Least-squares planes in a small window around every pixel, chosen so that edges stay sharp.
+
+use gable_ortho::Raster;
+
+/// The surface as one pixel sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patch {
+    /// Height at the pixel's centre, metres above the field's reference.
+    pub(crate) h: f32,
+    /// Slope along x.
+    pub(crate) a: f32,
+    /// Slope along y.
+    pub(crate) b: f32,
+    /// Mean squared orthogonal residual of the window, m²; infinite where no window could be fitted.
+    pub(crate) residual: f32,
+}
+
+const NOWHERE: Patch = Patch { h: f32::NAN, a: 0.0, b: 0.0, residual: f32::INFINITY };
+
+/// Heights of one building with a patch for every pixel.
+///
+/// Coordinates inside: pixel (i, j) lies at (i·step, j·step), heights are relative to `reference`.
+pub(crate) struct Field {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) step: f64,
+    /// Height that counts as 0, metres.
+    pub(crate) reference: f64,
+    /// Heights; NaN outside the mask.
+    pub(crate) z: Vec<f32>,
+    pub(crate) patches: Vec<Patch>,
+    /// Variance of the coordinates of a full window along each axis, m².
+    pub(crate) spread: f32,
+}
+
+impl Field {
+    /// Fits patches in windows of `2·radius` metres.
+    pub(crate) fn new(height: &Raster<f32>, mask: &Raster<bool>, radius: f64) -> Self {
+        let window = height.window();
+        let inside = |i: usize| mask.values()[i] && height.values()[i].is_finite();
+        let (mut sum, mut count) = (0.0, 0u32);
+        for i in (0..window.len()).filter(|&i| inside(i)) {
+            sum += f64::from(height.values()[i]);
+            count += 1;
+        }
+        let reference = (sum / f64::from(count.max(1))).round();
+        let z = (0..window.len())
+            .map(|i| if inside(i) { (f64::from(height.values()[i]) - reference) as f32 } else { f32::NAN })
+            .collect();
+        let r = ((radius / window.step).round() as usize).max(1);
+        let n = (2 * r + 1) as f64;
+        let mut field = Self {
+            width: window.width,
+            height: window.height,
+            step: window.step,
+            reference,
+            z,
+            patches: Vec::new(),
+            spread: ((n * n - 1.0) / 12.0 * window.step * window.step) as f32,
+        };
+        let centred = field.centred_fits(r);
+        field.patches = field.choose(&centred, r);
+        field
+    }
+
+    /// Ground coordinates of a pixel.
+    pub(crate) fn position(&self, pixel: usize) -> (f64, f64) {
+        ((pixel % self.width) as f64 * self.step, (pixel / self.width) as f64 * self.step)
+    }
+
+    /// Squared orthogonal distance of a pixel's patch to a plane z = a·x + b·y + c, averaged over the patch:
+    /// distance at the pixel plus the difference in slope times the window's variance.
+    pub(crate) fn misfit(&self, pixel: usize, [a, b, c]: [f64; 3]) -> f64 {
+        let p = &self.patches[pixel];
+        let (x, y) = self.position(pixel);
+        let d = f64::from(p.h) - (a * x + b * y + c);
+        let (da, db) = (f64::from(p.a) - a, f64::from(p.b) - b);
+        (d * d + f64::from(self.spread) * (da * da + db * db)) / (1.0 + a * a + b * b)
+    }
+
+    /// The plane of the window around each pixel, by moving sums: first along the rows, then across them.
+    fn centred_fits(&self, r: usize) -> Vec<Patch> {
+        let (w, h) = (self.width, self.height);
+        // Sums over 2r + 1 pixels of a row: 1, x, x², z, x·z, z² with x in pixels from the middle.
+        let mut rows = vec![[0f32; 6]; w * h];
+        for j in 0..h {
+            let line = &self.z[j * w..][..w];
+            for i in 0..w {
+                let s = &mut rows[j * w + i];
+                for k in i.saturating_sub(r)..(i + r + 1).min(w) {
+                    let z = line[k];
+                    if z.is_nan() {
+                        continue;
+                    }
+                    let x = k as f32 - i as f32;
+                    s[0] += 1.0;
+                    s[1] += x;
+                    s[2] += x * x;
+                    s[3] += z;
+                    s[4] += x * z;
+                    s[5] += z * z;
+                }
+            }
+        }
+        let enough = 0.35 * ((2 * r + 1) * (2 * r + 1)) as f64;
+        let mut out = vec![NOWHERE; w * h];
+        for j in 0..h {
+            for i in 0..w {
+                if self.z[j * w + i].is_nan() {
+                    continue;
+                }
+                let mut s = [0f64; 6];
+                let (mut y1, mut yx, mut yy, mut yz) = (0.0, 0.0, 0.0, 0.0);
+                for k in j.saturating_sub(r)..(j + r + 1).min(h) {
+                    let q = &rows[k * w + i];
+                    let y = k as f64 - j as f64;
+                    for (sum, &v) in s.iter_mut().zip(q) {
+                        *sum += f64::from(v);
+                    }
+                    y1 += y * f64::from(q[0]);
+                    yx += y * f64::from(q[1]);
+                    yy += y * y * f64::from(q[0]);
+                    yz += y * f64::from(q[3]);
+                }
+                if s[0] >= enough {
+                    out[j * w + i] = self.solve(s, [y1, yx, yy, yz]);
+                }
+            }
+        }
+        out
+    }
+
+    fn solve(&self, [n, x1, xx, z1, xz, zz]: [f64; 6], [y1, yx, yy, yz]: [f64; 4]) -> Patch {
+        let (mx, my, mz) = (x1 / n, y1 / n, z1 / n);
+        // A ridge of a hundredth of a pixel² keeps windows whose pixels lie on a line solvable.
+        let (cxx, cyy, cxy) = (xx / n - mx * mx + 0.01, yy / n - my * my + 0.01, yx / n - mx * my);
+        let (cxz, cyz, czz) = (xz / n - mx * mz, yz / n - my * mz, zz / n - mz * mz);
+        let det = cxx * cyy - cxy * cxy;
+        let (a, b) = ((cxz * cyy - cyz * cxy) / det, (cyz * cxx - cxz * cxy) / det);
+        let slope2 = (a * a + b * b) / (self.step * self.step);
+        let residual = (czz - a * cxz - b * cyz).max(0.0) * n / (n - 3.0).max(1.0) / (1.0 + slope2);
+        Patch {
+            h: (mz - a * mx - b * my) as f32,
+            a: (a / self.step) as f32,
+            b: (b / self.step) as f32,
+            residual: residual as f32,
+        }
+    }
+
+    /// For each pixel the plane of the best of nine windows that hold it (the one around it and eight to whose
+    /// borders it belongs), after Kuwahara's filter: beside an edge, one of them does not cross it.
+    fn choose(&self, centred: &[Patch], r: usize) -> Vec<Patch> {
+        let (w, h, r) = (self.width as isize, self.height as isize, r as isize);
+        let mut out = centred.to_vec();
+        for j in 0..h {
+            for i in 0..w {
+                let at = (j * w + i) as usize;
+                if self.z[at].is_nan() {
+                    continue;
+                }
+                // The middle window is the most accurate one: others must be clearly better.
+                let mut best = 0.6 * centred[at].residual;
+                for (di, dj) in [(-r, -r), (0, -r), (r, -r), (-r, 0), (r, 0), (-r, r), (0, r), (r, r)] {
+                    let (u, v) = (i + di, j + dj);
+                    if u < 0 || v < 0 || u >= w || v >= h {
+                        continue;
+                    }
+                    let p = &centred[(v * w + u) as usize];
+                    if p.residual < best {
+                        best = p.residual;
+                        let (dx, dy) = (-(di as f32) * self.step as f32, -(dj as f32) * self.step as f32);
+                        out[at] = Patch { h: p.h + p.a * dx + p.b * dy, ..*p };
+                    }
+                }
+                if out[at].h.is_nan() {
+                    // Too few neighbours for a window anywhere: the pixel's own height is all there is.
+                    out[at].h = self.z[at];
+                }
+            }
+        }
+        out
+    }
+}

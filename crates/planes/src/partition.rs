@@ -1,0 +1,178 @@
+//! A labelling of a building's pixels by planes, and the steps that improve it.
+
+use crate::local_fit::Field;
+use crate::roof_plane::UNASSIGNED;
+use gable_geometry::{Covariance3, dvec3};
+
+/// Coefficients a, b, c of z = a·x + b·y + c in the field's coordinates.
+pub(crate) type Coefficients = [f64; 3];
+
+/// Pixels by plane.
+pub(crate) struct Partition<'a> {
+    pub(crate) field: &'a Field,
+    /// Index into `planes` for each pixel.
+    pub(crate) labels: Vec<u16>,
+    pub(crate) planes: Vec<Coefficients>,
+    /// Squared distance at which a pixel is better left unassigned, m².
+    pub(crate) cut2: f64,
+    /// Cost of a neighbour of another label, m².
+    pub(crate) smoothness: f64,
+}
+
+impl<'a> Partition<'a> {
+    pub(crate) fn new(field: &'a Field, cut: f64, smoothness: f64) -> Self {
+        let labels = vec![UNASSIGNED; field.z.len()];
+        Self { field, labels, planes: Vec::new(), cut2: cut * cut, smoothness }
+    }
+
+    /// Whether a pixel and the four at `reach` pixels from it have the same label: not at a border, where
+    /// surfaces are rounded. Pixels outside the building count as another label.
+    pub(crate) fn is_interior(&self, pixel: usize, reach: usize) -> bool {
+        let (w, h) = (self.field.width, self.field.height);
+        let (i, j) = (pixel % w, pixel / w);
+        let label = self.labels[pixel];
+        i >= reach
+            && j >= reach
+            && i + reach < w
+            && j + reach < h
+            && [pixel - reach, pixel + reach, pixel - reach * w, pixel + reach * w]
+                .iter()
+                .all(|&q| self.labels[q] == label)
+    }
+
+    /// Pixels that count as rounded off: 0.4 m from a border.
+    pub(crate) fn rounding_reach(&self) -> usize {
+        ((0.4 / self.field.step).round() as usize).max(1)
+    }
+
+    /// Moments of each plane's pixels. Pixels at borders weigh little, so that rounding does not bias the fit
+    /// but small regions still have one.
+    pub(crate) fn moments(&self) -> Vec<Covariance3> {
+        let mut out = vec![Covariance3::default(); self.planes.len()];
+        let reach = self.rounding_reach();
+        for (pixel, &label) in self.labels.iter().enumerate() {
+            if label == UNASSIGNED {
+                continue;
+            }
+            let weight = if self.is_interior(pixel, reach) { 1.0 } else { 0.02 };
+            let (x, y) = self.field.position(pixel);
+            out[label as usize].add(dvec3(x, y, f64::from(self.field.z[pixel])), weight);
+        }
+        out
+    }
+
+    /// Fits every plane to its pixels.
+    pub(crate) fn refit(&mut self) {
+        let moments = self.moments();
+        for (plane, moments) in self.planes.iter_mut().zip(moments) {
+            if let Some(p) = moments.height_plane() {
+                *plane = [p.a, p.b, p.c];
+            }
+        }
+    }
+
+    /// Lets the planes compete for the pixels at their borders, `rounds` times (iterated conditional modes of
+    /// Σ min(misfit, cut²) + smoothness · unequal neighbours, where a pixel may only take the label of a
+    /// neighbour), refitting after each round. Returns the number of pixels that changed in the last one.
+    pub(crate) fn compete(&mut self, rounds: usize) -> usize {
+        let (w, h) = (self.field.width, self.field.height);
+        let mut changed = 0;
+        for round in 0..rounds {
+            changed = 0;
+            for k in 0..w * h {
+                // Forth and back, so that no direction is preferred.
+                let pixel = if round % 2 == 0 { k } else { w * h - 1 - k };
+                if self.field.z[pixel].is_nan() {
+                    continue;
+                }
+                let (i, j) = (pixel % w, pixel / w);
+                if i == 0 || j == 0 || i + 1 == w || j + 1 == h {
+                    continue; // the window has a margin of pixels that are not the building's
+                }
+                let own = self.labels[pixel];
+                let around = [
+                    self.labels[pixel - 1],
+                    self.labels[pixel + 1],
+                    self.labels[pixel - w],
+                    self.labels[pixel + w],
+                    self.labels[pixel - w - 1],
+                    self.labels[pixel - w + 1],
+                    self.labels[pixel + w - 1],
+                    self.labels[pixel + w + 1],
+                ];
+                if own == UNASSIGNED && around[..4].iter().all(|&l| l == UNASSIGNED) {
+                    continue;
+                }
+                let cost = |label: u16| {
+                    let unequal = around.iter().filter(|&&l| l != label).count();
+                    let misfit = if label == UNASSIGNED {
+                        self.cut2
+                    } else {
+                        self.field.misfit(pixel, self.planes[label as usize]).min(2.0 * self.cut2)
+                    };
+                    misfit + self.smoothness * unequal as f64
+                };
+                let mut best = (cost(own), own);
+                if own != UNASSIGNED {
+                    let none = cost(UNASSIGNED);
+                    if none < best.0 {
+                        best = (none, UNASSIGNED);
+                    }
+                }
+                for (n, &label) in around[..4].iter().enumerate() {
+                    if label != own && label != UNASSIGNED && !around[..n].contains(&label) {
+                        let c = cost(label);
+                        if c < best.0 {
+                            best = (c, label);
+                        }
+                    }
+                }
+                if best.1 != own {
+                    self.labels[pixel] = best.1;
+                    changed += 1;
+                }
+            }
+            self.refit();
+            if changed * 500 < w * h / 10 {
+                break;
+            }
+        }
+        changed
+    }
+
+    /// Pixels of each plane.
+    pub(crate) fn counts(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.planes.len()];
+        for &label in &self.labels {
+            if label != UNASSIGNED {
+                counts[label as usize] += 1;
+            }
+        }
+        counts
+    }
+
+    /// Drops the planes for which `keep` is false and renumbers the others; their pixels become unassigned.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        let mut index = vec![UNASSIGNED; keep.len()];
+        let mut kept = Vec::new();
+        for (k, plane) in self.planes.iter().enumerate() {
+            if keep[k] {
+                index[k] = kept.len() as u16;
+                kept.push(*plane);
+            }
+        }
+        self.planes = kept;
+        for label in &mut self.labels {
+            if *label != UNASSIGNED {
+                *label = index[*label as usize];
+            }
+        }
+    }
+}
+
+/// Sum of squared orthogonal residuals of the best plane through points with these moments.
+pub(crate) fn residual_sum(moments: &Covariance3) -> f64 {
+    let [_, _, xz, _, yz, zz] = moments.matrix();
+    let Some(p) = moments.height_plane() else { return 0.0 };
+    (zz - p.a * xz - p.b * yz).max(0.0) / (1.0 + p.a * p.a + p.b * p.b) * moments.weight()
+}
