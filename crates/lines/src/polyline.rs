@@ -58,7 +58,8 @@ pub fn fit_polyline(contour: &[DVec2], params: &PolylineParams) -> Vec<LineSegme
 
 /// Sums over a contour's prefixes, from which the total-least-squares residual of any piece follows in O(1).
 struct Prefix {
-    /// Weight and weighted 1, x, y, xx, xy, yy, up to and without each point.
+    /// Weight and weighted x, y, xx, xy, yy of the steps before each point. A step from point to point counts by its
+    /// length, at its middle, so that pieces share points but no weight.
     sums: Vec<[f64; 6]>,
 }
 
@@ -68,11 +69,9 @@ impl Prefix {
         let origin = points[0];
         let mut sums = vec![[0.0; 6]];
         let mut sum = [0.0; 6];
-        for k in 0..=n {
-            let p = points[k % n];
-            // A point stands for half of the contour on either side.
-            let w = 0.5 * (p.distance(points[(k + n - 1) % n]) + p.distance(points[(k + 1) % n]));
-            let d = p - origin;
+        for k in 0..n {
+            let (p, q) = (points[k], points[(k + 1) % n]);
+            let (w, d) = (p.distance(q), 0.5 * (p + q) - origin);
             for (s, v) in sum.iter_mut().zip([1.0, d.x, d.y, d.x * d.x, d.x * d.y, d.y * d.y]) {
                 *s += w * v;
             }
@@ -81,10 +80,10 @@ impl Prefix {
         Self { sums }
     }
 
-    /// ∫ d² ds of points `from..=to` about their best line.
+    /// ∫ d² ds from point `from` to point `to` about the best line.
     #[inline]
     fn residual(&self, from: usize, to: usize) -> f64 {
-        let (a, b) = (&self.sums[from], &self.sums[to + 1]);
+        let (a, b) = (&self.sums[from], &self.sums[to]);
         let w = b[0] - a[0];
         if w <= 0.0 {
             return 0.0;
