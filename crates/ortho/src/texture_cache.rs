@@ -3,7 +3,7 @@
 use crate::{Texture, TextureSource};
 use gable_scene::Material;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// A decoded image: sRGB texels row by row from the top.
@@ -20,7 +20,7 @@ pub struct DecodedImage {
 /// Why an image could not be loaded.
 pub type LoadError = Box<dyn std::error::Error + Send + Sync>;
 
-type Loader = Box<dyn Fn(&Path) -> Result<DecodedImage, LoadError> + Send + Sync>;
+type Loader = Box<dyn Fn(&Material) -> Result<DecodedImage, LoadError> + Send + Sync>;
 type Slot = Arc<OnceLock<Option<Arc<Texture>>>>;
 
 /// Textures of a scene, decoded when first wanted and dropped when others need the room.
@@ -32,6 +32,8 @@ type Slot = Arc<OnceLock<Option<Arc<Texture>>>>;
 ///   its plain colour.
 pub struct TextureCache {
     materials: Vec<Material>,
+    /// For each material, the first one with the same texture: materials that share an image share its decoding.
+    first: Vec<u32>,
     loader: Loader,
     capacity: usize,
     state: Mutex<State>,
@@ -39,10 +41,10 @@ pub struct TextureCache {
 
 #[derive(Default)]
 struct State {
-    /// Slot and time of last use.
-    slots: BTreeMap<PathBuf, (Slot, u64)>,
-    /// What is decoded, by path.
-    held: BTreeMap<PathBuf, usize>,
+    /// Slot and time of last use, by the first material with the texture.
+    slots: BTreeMap<u32, (Slot, u64)>,
+    /// What is decoded, likewise.
+    held: BTreeMap<u32, usize>,
     bytes: usize,
     clock: u64,
     decoded: u64,
@@ -50,13 +52,18 @@ struct State {
 }
 
 impl TextureCache {
-    /// A cache of at most `capacity` bytes for the textures of `materials`; `loader` reads one image file.
+    /// A cache of at most `capacity` bytes for the textures of `materials`; `loader` reads the image of one.
     pub fn new(
         materials: Vec<Material>,
         capacity: usize,
-        loader: impl Fn(&Path) -> Result<DecodedImage, LoadError> + Send + Sync + 'static,
+        loader: impl Fn(&Material) -> Result<DecodedImage, LoadError> + Send + Sync + 'static,
     ) -> Self {
-        Self { materials, loader: Box::new(loader), capacity, state: Mutex::default() }
+        let mut seen = std::collections::HashMap::new();
+        let first = (0u32..)
+            .zip(&materials)
+            .map(|(i, m)| m.texture.as_ref().map_or(i, |t| *seen.entry(t.clone()).or_insert(i)))
+            .collect();
+        Self { materials, first, loader: Box::new(loader), capacity, state: Mutex::default() }
     }
 
     /// Textures that could not be read so far, with the reason, by path.
@@ -81,20 +88,22 @@ impl TextureCache {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn get(&self, path: &Path) -> Option<Arc<Texture>> {
+    fn get(&self, key: u32) -> Option<Arc<Texture>> {
         let slot = {
             let mut state = self.state();
             state.clock += 1;
             let clock = state.clock;
-            let (slot, used) = state.slots.entry(path.to_owned()).or_default();
+            let (slot, used) = state.slots.entry(key).or_default();
             *used = clock;
             slot.clone()
         };
-        slot.get_or_init(|| self.load(path)).clone()
+        slot.get_or_init(|| self.load(key)).clone()
     }
 
-    fn load(&self, path: &Path) -> Option<Arc<Texture>> {
-        let loaded = (self.loader)(path).map_err(|e| e.to_string()).and_then(|image| {
+    fn load(&self, key: u32) -> Option<Arc<Texture>> {
+        let material = self.materials.get(key as usize)?;
+        let path = material.texture.as_ref()?.file();
+        let loaded = (self.loader)(material).map_err(|e| e.to_string()).and_then(|image| {
             Texture::new(image.width, image.height, image.texels).ok_or_else(|| "the image has no texels".to_owned())
         });
         let mut state = self.state();
@@ -102,9 +111,9 @@ impl TextureCache {
         match loaded {
             Ok(texture) => {
                 let bytes = texture.bytes();
-                state.held.insert(path.to_owned(), bytes);
+                state.held.insert(key, bytes);
                 state.bytes += bytes;
-                state.make_room(self.capacity, path);
+                state.make_room(self.capacity, key);
                 Some(Arc::new(texture))
             }
             Err(reason) => {
@@ -118,10 +127,10 @@ impl TextureCache {
 
 impl State {
     /// Drops the least recently used textures, but not `keep`, until the rest fits.
-    fn make_room(&mut self, capacity: usize, keep: &Path) {
+    fn make_room(&mut self, capacity: usize, keep: u32) {
         while self.bytes > capacity {
-            let used = |path: &PathBuf| self.slots.get(path).map_or(0, |s| s.1);
-            let Some(oldest) = self.held.keys().filter(|p| *p != keep).min_by_key(|p| used(p)).cloned() else { return };
+            let used = |key: &u32| self.slots.get(key).map_or(0, |s| s.1);
+            let Some(oldest) = self.held.keys().filter(|&&k| k != keep).min_by_key(|k| used(k)).copied() else { return };
             self.bytes -= self.held.remove(&oldest).unwrap_or(0);
             self.slots.remove(&oldest);
         }
@@ -130,7 +139,8 @@ impl State {
 
 impl TextureSource for TextureCache {
     fn texture(&self, material: u32) -> Option<Arc<Texture>> {
-        self.get(self.materials.get(material as usize)?.texture.as_deref()?)
+        self.materials.get(material as usize)?.texture.as_ref()?;
+        self.get(self.first[material as usize])
     }
 
     fn colour(&self, material: u32) -> [u8; 3] {
@@ -143,13 +153,14 @@ mod tests {
     use super::*;
 
     fn materials(n: usize) -> Vec<Material> {
-        (0..n).map(|i| Material { name: String::new(), texture: Some(format!("{i}").into()), colour: [9; 3] }).collect()
+        let texture = |i: usize| Some(gable_scene::TextureSource::File(format!("{i}").into()));
+        (0..n).map(|i| Material { name: String::new(), texture: texture(i), colour: [9; 3] }).collect()
     }
 
     #[test]
     fn decodes_once_and_stays_within_its_bytes() {
         // 4 × 4 texels and the pyramid: 21 texels, 63 bytes.
-        let loader = |_: &Path| Ok(DecodedImage { width: 4, height: 4, texels: vec![[7; 3]; 16] });
+        let loader = |_: &Material| Ok(DecodedImage { width: 4, height: 4, texels: vec![[7; 3]; 16] });
         let cache = TextureCache::new(materials(3), 130, loader);
         std::thread::scope(|s| {
             for _ in 0..4 {
