@@ -1,1 +1,35 @@
-//! segmentation
+#![doc = include_str!("../README.md")]
+
+mod boosting;
+mod cleanup;
+mod coarse_heights;
+mod colour;
+mod components;
+mod distance;
+mod entropy;
+mod error;
+mod features;
+mod fill;
+mod gaussian_derivatives;
+mod label;
+mod morphology;
+mod orthograph;
+mod roughness;
+mod segment;
+mod stumps;
+mod terrain;
+mod training;
+
+pub use boosting::{Boosting, Samples, boost, calibrate};
+pub use cleanup::{CleanupParams, clean_buildings};
+pub use coarse_heights::CoarseHeights;
+pub use colour::colour_features;
+pub use components::{Component, components};
+pub use error::Error;
+pub use features::{FeatureSet, for_each_feature};
+pub use label::Label;
+pub use orthograph::Orthograph;
+pub use segment::{Method, SegmentParams, Segmentation, segment};
+pub use stumps::{Model, Stump};
+pub use terrain::{Terrain, TerrainParams};
+pub use training::{LabelledRaster, TrainOptions, TrainReport, TreeScore, UNKNOWN, evaluate, labelled_image, train};

@@ -1,0 +1,203 @@
+//! Low heights of a city on coarse cells, gathered block by block.
+
+use std::collections::BTreeMap;
+
+use gable_geometry::Box2;
+use gable_ortho::{GridWindow, Raster};
+
+/// Samples a cell keeps: the pixels at the centres of its 4 × 4 parts.
+const SIDE: usize = 4;
+
+/// Cells along the edge of a tile of the store.
+const TILE: i64 = 64;
+
+/// Low height statistics of the surface on the cells of an absolute lattice.
+///
+/// Cell (i, j) covers [i·cell, (i+1)·cell) × [j·cell, (j+1)·cell) local metres. It keeps the heights of sixteen pixels at
+/// fixed places, so the store does not depend on how the city is cut into rasters, in which order they come, or which
+/// of them are merged first. Where two rasters cover one place, the lower height stays. 64 B a cell where there is data.
+#[derive(Clone, Debug)]
+pub struct CoarseHeights {
+    cell: f64,
+    tiles: BTreeMap<(i64, i64), Vec<[f32; SIDE * SIDE]>>,
+}
+
+/// The low heights of the cells of one window.
+#[derive(Clone, Debug)]
+pub(crate) struct LowHeights {
+    /// The second lowest sample of each cell, so that one spike cannot ruin it; NaN where there are none.
+    pub(crate) low: Raster<f32>,
+    /// The lower quartile of the samples.
+    pub(crate) quartile: Raster<f32>,
+}
+
+impl CoarseHeights {
+    /// Cell edge that suits streets and courtyards, metres.
+    pub const CELL: f64 = 2.0;
+
+    /// An empty store of cells of a size, metres.
+    #[must_use]
+    pub fn new(cell: f64) -> Self {
+        Self { cell, tiles: BTreeMap::new() }
+    }
+
+    /// Cell edge, metres.
+    #[must_use]
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    /// Whether nothing was gathered.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.tiles.is_empty()
+    }
+
+    /// Takes in the heights of a raster of pixels smaller than a cell's part (a quarter of a cell); NaN is no data.
+    ///
+    /// Cost: O(cells of the raster).
+    pub fn accumulate(&mut self, heights: &Raster<f32>) {
+        let window = heights.window();
+        if window.is_empty() {
+            return;
+        }
+        let part = self.cell / SIDE as f64;
+        let bounds = window.bounds();
+        let range = |low: f64, high: f64| ((low / part).floor() as i64 - 1, (high / part).ceil() as i64 + 1);
+        let (x0, x1) = range(bounds.min.x, bounds.max.x);
+        let (y0, y1) = range(bounds.min.y, bounds.max.y);
+        // The pixel of a part is the one that holds its centre, on the lattice of pixels.
+        let pixel = |at: i64| (((at as f64 + 0.5) * part) / window.step).floor() as i64;
+        let side = SIDE as i64;
+        for y in y0..y1 {
+            let row = pixel(y) - window.y0;
+            if row < 0 || row as usize >= window.height {
+                continue;
+            }
+            let row = heights.row(row as usize);
+            for x in x0..x1 {
+                let column = pixel(x) - window.x0;
+                if column < 0 || column as usize >= window.width || row[column as usize].is_nan() {
+                    continue;
+                }
+                let (i, j) = (x.div_euclid(side), y.div_euclid(side));
+                let tile = self.tiles.entry((j.div_euclid(TILE), i.div_euclid(TILE))).or_insert_with(empty_tile);
+                let cell = &mut tile[(j.rem_euclid(TILE) * TILE + i.rem_euclid(TILE)) as usize];
+                lower(&mut cell[(y.rem_euclid(side) * side + x.rem_euclid(side)) as usize], row[column as usize]);
+            }
+        }
+    }
+
+    /// Takes in another store of the same cell size.
+    pub fn merge(&mut self, other: &Self) {
+        debug_assert_eq!(self.cell, other.cell);
+        for (key, theirs) in &other.tiles {
+            let ours = self.tiles.entry(*key).or_insert_with(empty_tile);
+            for (a, b) in ours.iter_mut().flatten().zip(theirs.iter().flatten()) {
+                lower(a, *b);
+            }
+        }
+    }
+
+    /// The smallest window of whole cells with data; its step is the cell.
+    #[must_use]
+    pub fn window(&self) -> GridWindow {
+        let mut bounds = Box2::of([]);
+        for (&(tj, ti), cells) in &self.tiles {
+            for (k, cell) in cells.iter().enumerate() {
+                if cell.iter().any(|v| !v.is_nan()) {
+                    let (i, j) = (ti * TILE + k as i64 % TILE, tj * TILE + k as i64 / TILE);
+                    let centre = gable_geometry::dvec2(i as f64 + 0.5, j as f64 + 0.5) * self.cell;
+                    bounds.min = bounds.min.min(centre);
+                    bounds.max = bounds.max.max(centre);
+                }
+            }
+        }
+        if bounds.is_empty() {
+            return GridWindow { step: self.cell, x0: 0, y0: 0, width: 0, height: 0 };
+        }
+        GridWindow::covering(bounds, self.cell)
+    }
+
+    pub(crate) fn low_heights(&self, window: GridWindow) -> LowHeights {
+        let mut out = LowHeights { low: Raster::filled(window, f32::NAN), quartile: Raster::filled(window, f32::NAN) };
+        for (&(tj, ti), cells) in &self.tiles {
+            for (k, cell) in cells.iter().enumerate() {
+                let (i, j) = (ti * TILE + k as i64 % TILE - window.x0, tj * TILE + k as i64 / TILE - window.y0);
+                if i < 0 || j < 0 || i as usize >= window.width || j as usize >= window.height {
+                    continue;
+                }
+                let mut sorted: Vec<f32> = cell.iter().copied().filter(|v| !v.is_nan()).collect();
+                if sorted.is_empty() {
+                    continue;
+                }
+                sorted.sort_by(f32::total_cmp);
+                let at = (i as usize, j as usize);
+                out.low[at] = sorted[1.min(sorted.len() - 1)];
+                out.quartile[at] = sorted[sorted.len() / 4];
+            }
+        }
+        out
+    }
+}
+
+fn empty_tile() -> Vec<[f32; SIDE * SIDE]> {
+    vec![[f32::NAN; SIDE * SIDE]; (TILE * TILE) as usize]
+}
+
+fn lower(kept: &mut f32, value: f32) {
+    if kept.is_nan() || value < *kept {
+        *kept = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::Counter;
+
+    fn city() -> Raster<f32> {
+        let mut random = Counter::new(8);
+        let window = GridWindow { step: 0.3, x0: -70, y0: 15, width: 150, height: 90 };
+        Raster::filled(window, ()).map(|()| if random.unit() < 0.1 { f32::NAN } else { random.range(0.0, 9.0) as f32 })
+    }
+
+    #[test]
+    fn does_not_depend_on_the_cut_or_the_order() {
+        let city = city();
+        let mut whole = CoarseHeights::new(2.0);
+        whole.accumulate(&city);
+        let mut parts = CoarseHeights::new(2.0);
+        let mut cuts = Vec::new();
+        for y in (0..90).step_by(17) {
+            for x in (0..150).step_by(23) {
+                let w = city.window();
+                cuts.push(GridWindow {
+                    x0: w.x0 + x,
+                    y0: w.y0 + y,
+                    width: 23.min(150 - x as usize),
+                    height: 17.min(90 - y as usize),
+                    ..w
+                });
+            }
+        }
+        for cut in cuts.iter().rev() {
+            let mut part = CoarseHeights::new(2.0);
+            part.accumulate(&city.crop(*cut, f32::NAN));
+            parts.merge(&part);
+        }
+        assert_eq!(whole.window(), parts.window());
+        assert_eq!(format!("{:?}", whole.tiles), format!("{:?}", parts.tiles));
+    }
+
+    #[test]
+    fn one_spike_does_not_ruin_a_cell() {
+        let window = GridWindow { step: 0.2, x0: 0, y0: 0, width: 10, height: 10 };
+        let mut raster = Raster::filled(window, 5.0_f32);
+        raster[(1, 1)] = -40.0;
+        let mut store = CoarseHeights::new(2.0);
+        store.accumulate(&raster);
+        let low = store.low_heights(store.window());
+        assert_eq!((low.low.values(), low.quartile.values()), (&[5.0_f32][..], &[5.0_f32][..]));
+    }
+}

@@ -1,0 +1,248 @@
+//! The features of a pixel, one plane at a time.
+
+use std::f64::consts::PI;
+
+use gable_ortho::Raster;
+use serde::{Deserialize, Serialize};
+
+use crate::colour::colour_features;
+use crate::entropy::local_entropy;
+use crate::fill::fill_missing;
+use crate::gaussian_derivatives::SecondDerivatives;
+use crate::roughness::{box_mean, box_min, plane_residual};
+use crate::{Error, Orthograph};
+
+/// Pixel for which the paper gives its scales and windows, metres.
+const PAPER_STEP: f64 = 0.2;
+
+/// Scales of the Gaussian derivatives, in pixels of [`PAPER_STEP`].
+const SIGMAS: [f64; 3] = [1.0, std::f64::consts::SQRT_2, 2.0];
+
+/// Directions of the derivatives, uniform in [0, π).
+const DIRECTIONS: usize = 6;
+
+/// Sides of the entropy windows, in pixels of [`PAPER_STEP`].
+const ENTROPY_WINDOWS: [f64; 3] = [5.0, 9.0, 17.0];
+
+/// Sides of the windows of the geometric features, metres: below, at and above the size of a branch cluster.
+const GEOMETRY_WINDOWS: [f64; 3] = [1.0, 2.6, 5.0];
+
+const COLOUR_COUNT: usize = 6 + 3 * DIRECTIONS + 3;
+const GEOMETRY_COUNT: usize = 13;
+
+/// Which features a classifier looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FeatureSet {
+    /// The 27 published ones: L\*a\*b\* (3), illumination-invariant colour (3), second Gaussian derivatives of L\* at 3
+    /// scales and 6 directions (18), entropy of L\* in 3 windows (3) (Zhu 2018, §4.1).
+    Zhu27,
+    /// The 27 and the geometric ones.
+    Full,
+    /// Of the height and normal maps only: distance to a local plane, least such distance of the windows around the
+    /// pixel, dispersion and mean z of the normals, convexity. For input without texture.
+    Geometric,
+}
+
+impl FeatureSet {
+    /// Number of features.
+    #[must_use]
+    pub fn len(self) -> usize {
+        match self {
+            Self::Zhu27 => COLOUR_COUNT,
+            Self::Full => COLOUR_COUNT + GEOMETRY_COUNT,
+            Self::Geometric => GEOMETRY_COUNT,
+        }
+    }
+
+    /// Never: every set has features.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        false
+    }
+
+    /// Name in files and messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Zhu27 => "zhu27",
+            Self::Full => "full",
+            Self::Geometric => "geometric",
+        }
+    }
+
+    /// Whether the set looks at colour.
+    #[must_use]
+    pub fn needs_colour(self) -> bool {
+        self != Self::Geometric
+    }
+
+    /// Whether the set looks at heights and normals.
+    #[must_use]
+    pub fn needs_geometry(self) -> bool {
+        self != Self::Zhu27
+    }
+
+    /// Names of the features, in their order.
+    #[must_use]
+    pub fn names(self) -> Vec<String> {
+        let mut names = Vec::with_capacity(self.len());
+        if self.needs_colour() {
+            names.extend(["l", "a", "b", "invariant 1", "invariant 2", "invariant 3"].map(String::from));
+            for sigma in SIGMAS {
+                for k in 0..DIRECTIONS {
+                    let degrees = k * 180 / DIRECTIONS;
+                    names.push(format!("second derivative, sigma {:.2} m, {degrees} deg", sigma * PAPER_STEP));
+                }
+            }
+            names.extend(ENTROPY_WINDOWS.map(|w| format!("entropy of l, {:.1} m", w * PAPER_STEP)));
+        }
+        if self.needs_geometry() {
+            names.extend(GEOMETRY_WINDOWS.map(|w| format!("plane residual, {w} m")));
+            names.extend(GEOMETRY_WINDOWS.map(|w| format!("least plane residual around, {w} m")));
+            names.extend(GEOMETRY_WINDOWS.map(|w| format!("normal dispersion, {w} m")));
+            names.extend(GEOMETRY_WINDOWS.map(|w| format!("mean normal z, {w} m")));
+            names.push("convexity, 2.6 m".to_owned());
+        }
+        names
+    }
+}
+
+/// Computes the features of every pixel and hands them on one plane at a time.
+///
+/// `visit(feature, values)` gets the planes in the order of [`FeatureSet::names`], values row by row as in the height
+/// raster. One plane and its makings are held at a time, so memory does not grow with the number of features. Scales and
+/// windows are constant in metres: the paper's, at its 0.2 m; a window never gets smaller than 3 pixels, a scale not
+/// below half a pixel. Pixels without height take a smooth continuation of what is around them.
+///
+/// # Errors
+/// If the set needs colour and there is none.
+pub fn for_each_feature(
+    input: &Orthograph<'_>,
+    set: FeatureSet,
+    mut visit: impl FnMut(usize, &[f32]),
+) -> Result<(), Error> {
+    let window = input.height.window();
+    let (width, height) = (window.width, window.height);
+    if width == 0 || height == 0 {
+        return Ok(());
+    }
+    let mut index = 0;
+    let mut emit = |plane: &[f32]| {
+        visit(index, plane);
+        index += 1;
+    };
+    if set.needs_colour() {
+        let colour = input.colour.ok_or(Error::ColourMissing { set: set.name() })?;
+        colour_planes(colour, window.step, &mut emit);
+    }
+    if set.needs_geometry() {
+        geometry_planes(input.height, input.normal, &mut emit);
+    }
+    Ok(())
+}
+
+fn colour_planes(colour: &Raster<[u8; 3]>, step: f64, emit: &mut impl FnMut(&[f32])) {
+    let (width, height) = (colour.width(), colour.height());
+    let mut planes: [Vec<f32>; 6] = std::array::from_fn(|_| Vec::with_capacity(width * height));
+    // Neighbours often share a colour; looking it up again would cost three logarithms and three cube roots.
+    let mut last = ([0; 3], colour_features([0; 3]));
+    for &rgb in colour.values() {
+        if rgb != last.0 {
+            last = (rgb, colour_features(rgb));
+        }
+        for (plane, value) in planes.iter_mut().zip(last.1) {
+            plane.push(value);
+        }
+    }
+    planes.iter().for_each(|plane| emit(plane));
+    let [lightness, ..] = planes;
+    let mut response = Vec::with_capacity(width * height);
+    for sigma in SIGMAS {
+        let derivatives = SecondDerivatives::new(&lightness, width, height, (sigma * PAPER_STEP / step).max(0.5));
+        for k in 0..DIRECTIONS {
+            derivatives.along(PI * k as f64 / DIRECTIONS as f64, &mut response);
+            emit(&response);
+        }
+    }
+    for side in ENTROPY_WINDOWS {
+        emit(&local_entropy(&lightness, width, height, radius(side * PAPER_STEP, step)));
+    }
+}
+
+fn geometry_planes(height: &Raster<f32>, normal: &Raster<[f32; 3]>, emit: &mut impl FnMut(&[f32])) {
+    let (w, h) = (height.width(), height.height());
+    let mut heights = height.values().to_vec();
+    fill_missing(&mut heights, w, h, 4);
+    if heights[0].is_nan() {
+        heights.fill(0.0);
+    }
+    let radii = GEOMETRY_WINDOWS.map(|side| radius(side, height.window().step));
+    let residuals = radii.map(|r| plane_residual(&heights, w, h, r));
+    residuals.iter().for_each(|plane| emit(plane));
+    for (plane, r) in residuals.iter().zip(radii) {
+        emit(&box_min(plane, w, h, r));
+    }
+    drop(residuals);
+    let axis = |a: usize| -> Vec<f32> {
+        let values = normal.values().iter().zip(height.values());
+        values.map(|(n, z)| if z.is_nan() || n[a].is_nan() { [0.0, 0.0, 1.0][a] } else { n[a] }).collect()
+    };
+    let axes = [axis(0), axis(1), axis(2)];
+    let mut ups = Vec::with_capacity(radii.len());
+    for r in radii {
+        let [x, y, z] = [0, 1, 2].map(|a: usize| box_mean(&axes[a], w, h, r));
+        let dispersion: Vec<f32> =
+            x.iter().zip(&y).zip(&z).map(|((x, y), z)| 1.0 - (x * x + y * y + z * z).sqrt()).collect();
+        emit(&dispersion);
+        ups.push(z);
+    }
+    ups.iter().for_each(|plane| emit(plane));
+    let mut convexity = box_mean(&heights, w, h, radii[1]);
+    convexity.iter_mut().zip(&heights).for_each(|(mean, z)| *mean = z - *mean);
+    emit(&convexity);
+}
+
+/// Radius in pixels of a window whose side is given in metres, at least 1.
+fn radius(side: f64, step: f64) -> usize {
+    ((side / step - 1.0) / 2.0).round().max(1.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::Counter;
+    use gable_ortho::GridWindow;
+
+    #[test]
+    fn sets_hand_on_as_many_planes_as_they_name() {
+        let window = GridWindow { step: 0.25, x0: 3, y0: -4, width: 33, height: 21 };
+        let mut random = Counter::new(5);
+        let colour = Raster::filled(window, ()).map(|()| [random.index(256) as u8, random.index(256) as u8, 90]);
+        let mut height = Raster::filled(window, 12.0_f32);
+        height.values_mut()[40] = f32::NAN;
+        let normal = Raster::filled(window, [0.0, 0.6, 0.8]);
+        let input = Orthograph { colour: Some(&colour), height: &height, normal: &normal };
+        for set in [FeatureSet::Zhu27, FeatureSet::Full, FeatureSet::Geometric] {
+            let mut seen = Vec::new();
+            for_each_feature(&input, set, |i, plane| {
+                assert_eq!(plane.len(), window.len());
+                assert!(plane.iter().all(|v| v.is_finite()), "{}", set.names()[i]);
+                seen.push(i);
+            })
+            .unwrap();
+            assert_eq!(seen, (0..set.len()).collect::<Vec<_>>());
+            assert_eq!(set.names().len(), set.len());
+        }
+        assert_eq!(FeatureSet::Zhu27.len(), 27);
+        let bare = Orthograph { colour: None, ..input };
+        assert!(matches!(for_each_feature(&bare, FeatureSet::Full, |_, _| ()), Err(Error::ColourMissing { .. })));
+    }
+
+    #[test]
+    fn windows_are_constant_in_metres() {
+        assert_eq!([5.0, 9.0, 17.0].map(|side| radius(side * PAPER_STEP, 0.2)), [2, 4, 8]);
+        assert_eq!([5.0, 9.0, 17.0].map(|side| radius(side * PAPER_STEP, 0.1)), [5, 9, 17]);
+        assert_eq!(radius(1.0, 0.5), 1);
+    }
+}

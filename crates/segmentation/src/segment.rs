@@ -1,0 +1,227 @@
+//! Labelling of the orthograph: data terms, smoothness and the graph cut (Zhu 2018, §4.2).
+
+use gable_graph_cut::{GridProblem, Options, expand_grid};
+use gable_ortho::Raster;
+use serde::{Deserialize, Serialize};
+
+use crate::cleanup::{CleanupParams, clean_buildings};
+use crate::features::FeatureSet;
+use crate::stumps::Model;
+use crate::{Error, Label, Orthograph};
+
+/// Pixel for which the paper gives its weight of smoothness, metres.
+const PAPER_STEP: f64 = 0.2;
+
+/// Rounds of the published estimate of the ground height ("typically converges after 3 iterations").
+const GROUND_ROUNDS: usize = 3;
+
+/// Cost of any class but ground where there is no surface: holes inside a region go with it, the outside is ground.
+const NO_DATA_COST: f32 = 0.25;
+
+/// Which data term is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The published one: products of normalised height and tree probability (Eq. 4), one ground height for the raster
+    /// (Eq. 3), found in three rounds from its lowest point. The terrain is not looked at.
+    Zhu2018,
+    /// Negative logarithms of the likelihoods of height over the terrain and of tree probability.
+    ///
+    /// With the published products the margin between ground and building is t·(2h − 1): it vanishes where the
+    /// classifier is sure that a pixel is no tree. Logarithms of independent likelihoods add instead.
+    Likelihood,
+}
+
+/// Parameters of the labelling.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentParams {
+    /// The data term.
+    pub method: Method,
+    /// Height over ground at which high and low classes are equally likely, metres (the paper's h_trunc: 3).
+    pub height: f64,
+    /// Steepness of the logistic function of height, 1/m (the paper's: 2).
+    pub steepness: f64,
+    /// Weight of the tree probability against that of height, for [`Method::Likelihood`].
+    pub tree_weight: f64,
+    /// Least likelihood of anything, so that no single measurement decides alone, for [`Method::Likelihood`].
+    pub doubt: f64,
+    /// Weight μ of the smoothness at a step of 0.2 m; it is scaled to other steps, as a border's pixels grow with its
+    /// length and a region's with its area.
+    pub smoothness: f64,
+    /// Share of the smoothness that is left across height steps of a metre and more (the paper's: 0).
+    pub step_smoothness: f64,
+    /// Cleaning of the building label.
+    pub cleanup: CleanupParams,
+}
+
+impl Default for SegmentParams {
+    fn default() -> Self {
+        Self {
+            method: Method::Likelihood,
+            height: 2.0,
+            steepness: 3.0,
+            tree_weight: 0.6,
+            doubt: 0.02,
+            smoothness: 2.0,
+            step_smoothness: 0.1,
+            cleanup: CleanupParams::default(),
+        }
+    }
+}
+
+impl SegmentParams {
+    /// The published rule with its figures.
+    #[must_use]
+    pub fn zhu2018() -> Self {
+        Self {
+            method: Method::Zhu2018,
+            height: 3.0,
+            steepness: 2.0,
+            tree_weight: 1.0,
+            doubt: 0.0,
+            smoothness: 1.0,
+            step_smoothness: 0.0,
+            cleanup: CleanupParams::zhu2018(),
+        }
+    }
+}
+
+/// The labels of a raster, and what they were made from.
+#[derive(Clone, Debug)]
+pub struct Segmentation {
+    /// [`Label`] of each pixel, as its number.
+    pub labels: Raster<u8>,
+    /// Tree probability of each pixel.
+    pub tree: Raster<f32>,
+    /// Height over the ground, metres; NaN without data.
+    pub above: Raster<f32>,
+    /// The features that the classifier looked at.
+    pub features: FeatureSet,
+    /// Energy of the labelling before cleaning.
+    pub energy: f64,
+}
+
+/// Labels every pixel ground, grass, tree or building.
+///
+/// `terrain` is the ground height in local metres on the window of the maps ([`crate::Terrain::raster`]); `model` the tree
+/// classifier. Steps: tree probability; height over ground; one cost for each class and pixel; smoothness
+/// `μ·max(1 − |Δh|, floor)` between the four neighbours (Eq. 5, made symmetric); α-expansion from the best class of each
+/// pixel; cleaning of the building label. Pixels without height get the class of the region that encloses them, else
+/// ground.
+///
+/// # Errors
+/// If the maps lie on different windows, or the model needs colour and there is none.
+pub fn segment(
+    input: &Orthograph<'_>,
+    terrain: &Raster<f32>,
+    model: &Model,
+    params: &SegmentParams,
+) -> Result<Segmentation, Error> {
+    input.check()?;
+    let window = input.height.window();
+    if terrain.window() != window {
+        return Err(Error::WindowMismatch { what: "terrain" });
+    }
+    let tree = model.probability(input)?;
+    let features = model.features;
+    let mut above = input.height.clone();
+    if window.is_empty() {
+        let labels = Raster::new(window, Vec::new());
+        return Ok(Segmentation { labels, tree, above, features, energy: 0.0 });
+    }
+    let (right, up) = smoothness(input.height, params);
+    let mut labels = Vec::new();
+    let mut energy = 0.0;
+    let mut constant = lowest(input.height);
+    let rounds = if params.method == Method::Zhu2018 { GROUND_ROUNDS } else { 1 };
+    for _ in 0..rounds {
+        for (i, above) in above.values_mut().iter_mut().enumerate() {
+            let ground = if params.method == Method::Zhu2018 { constant } else { terrain.values()[i] };
+            *above = (input.height.values()[i] - ground).max(0.0) + 0.0 * input.height.values()[i];
+        }
+        let unary = data_term(&above, &tree, params);
+        (labels, energy) = cut(window.width, window.height, &unary, &right, &up)?;
+        constant = mean_ground(input.height, &labels).unwrap_or(constant);
+    }
+    let mut labels = Raster::new(window, labels);
+    clean_buildings(&mut labels, &above, &tree, &params.cleanup);
+    Ok(Segmentation { labels, tree, above, features, energy })
+}
+
+fn lowest(height: &Raster<f32>) -> f32 {
+    let least = height.values().iter().copied().filter(|z| !z.is_nan()).fold(f32::INFINITY, f32::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+fn mean_ground(height: &Raster<f32>, labels: &[u8]) -> Option<f32> {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (z, label) in height.values().iter().zip(labels) {
+        if *label == Label::Ground as u8 && !z.is_nan() {
+            sum += f64::from(*z);
+            n += 1.0;
+        }
+    }
+    (n > 0.0).then(|| (sum / n) as f32)
+}
+
+/// Costs of the four classes, pixel by pixel.
+fn data_term(above: &Raster<f32>, tree: &Raster<f32>, params: &SegmentParams) -> Vec<f32> {
+    let mut unary = Vec::with_capacity(4 * above.values().len());
+    let (middle, steepness) = (params.height as f32, params.steepness as f32);
+    let (weight, doubt) = (params.tree_weight as f32, params.doubt as f32);
+    for (&above, &t) in above.values().iter().zip(tree.values()) {
+        if above.is_nan() {
+            unary.extend([0.0, NO_DATA_COST, NO_DATA_COST, NO_DATA_COST]);
+            continue;
+        }
+        let high = 1.0 / (1.0 + (-steepness * (above - middle)).exp());
+        let costs = match params.method {
+            // Eq. 4.
+            Method::Zhu2018 => [high * t, high * (1.0 - t), (1.0 - high) * (1.0 - t), (1.0 - high) * t],
+            Method::Likelihood => {
+                let cost = |p: f32| -(doubt + (1.0 - 2.0 * doubt) * p).ln();
+                let (is_low, is_high) = (cost(1.0 - high), cost(high));
+                let (leafy, bare) = (weight * cost(t), weight * cost(1.0 - t));
+                [is_low + bare, is_low + leafy, is_high + leafy, is_high + bare]
+            }
+        };
+        unary.extend(costs);
+    }
+    unary
+}
+
+/// Weights between each pixel and its eastern and northern neighbour.
+fn smoothness(height: &Raster<f32>, params: &SegmentParams) -> (Vec<f32>, Vec<f32>) {
+    let (width, rows) = (height.width(), height.height());
+    let weight = (params.smoothness * PAPER_STEP / height.window().step) as f32;
+    let floor = params.step_smoothness as f32;
+    let between = |a: f32, b: f32| {
+        let step = (a - b).abs();
+        // Where there is no height, the border between classes may lie anywhere.
+        weight * if step.is_nan() { 0.5 } else { (1.0 - step).max(floor) }
+    };
+    let mut right = vec![0.0; width * rows];
+    let mut up = vec![0.0; width * rows];
+    for y in 0..rows {
+        let row = height.row(y);
+        for (out, pair) in right[y * width..].iter_mut().zip(row.windows(2)) {
+            *out = between(pair[0], pair[1]);
+        }
+        if y + 1 < rows {
+            for ((out, a), b) in up[y * width..][..width].iter_mut().zip(row).zip(height.row(y + 1)) {
+                *out = between(*a, *b);
+            }
+        }
+    }
+    (right, up)
+}
+
+fn cut(width: usize, height: usize, unary: &[f32], right: &[f32], up: &[f32]) -> Result<(Vec<u8>, f64), Error> {
+    let labels = Label::ALL.len();
+    let best = |costs: &[f32]| (0..labels).fold(0, |best, l| if costs[l] < costs[best] { l } else { best }) as u8;
+    let start: Vec<u8> = unary.chunks_exact(labels).map(best).collect();
+    let problem = GridProblem { width, height, labels, unary, right, up };
+    let (labels, report) =
+        expand_grid(problem, start, &Options::default()).map_err(|e| Error::GraphCut(e.to_string()))?;
+    Ok((labels, report.energy))
+}
