@@ -1,1 +1,19 @@
-//! synthetic-city
+#![doc = include_str!("../README.md")]
+
+mod bins;
+mod error;
+mod noise;
+mod output;
+mod params;
+mod scene;
+mod sensing;
+mod synthesise;
+mod texture;
+
+pub use error::SynthError;
+pub use params::{Source, SynthParams, SynthProgress, SynthReport};
+pub use scene::Scene;
+pub use scene::case::RoofCase;
+pub use sensing::TriMesh;
+pub use sensing::columns::Class;
+pub use synthesise::{mesh_of, scene, synthesise};

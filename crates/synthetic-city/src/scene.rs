@@ -1,0 +1,85 @@
+//! The scene that is sensed: ground, buildings with known solids, trees and clutter.
+
+pub(crate) mod building;
+pub(crate) mod case;
+mod details;
+mod envelope;
+pub(crate) mod from_truth;
+mod house;
+mod layout;
+pub(crate) mod objects;
+pub(crate) mod primitive;
+pub(crate) mod relief;
+pub(crate) mod solid;
+
+pub(crate) use layout::town;
+
+use crate::bins::Bins;
+use building::SceneBuilding;
+use gable_geometry::{Box2, DVec2};
+use objects::{Clutter, Patch, Tree};
+use relief::Relief;
+
+/// A city with everything known.
+pub struct Scene {
+    /// Seed of everything drawn.
+    pub seed: u64,
+    /// What is sensed, local metres; its lower corner is the origin.
+    pub extent: Box2,
+    /// Bare ground.
+    pub relief: Relief,
+    /// Buildings.
+    pub buildings: Vec<SceneBuilding>,
+    /// Trees.
+    pub trees: Vec<Tree>,
+    /// Cars, walls, hedges, chimneys, …
+    pub clutter: Vec<Clutter>,
+    /// Ground cover, later over earlier.
+    pub patches: Vec<Patch>,
+    bins: [Bins; 4],
+}
+
+impl Scene {
+    pub(crate) fn new(
+        seed: u64,
+        extent: Box2,
+        relief: Relief,
+        buildings: Vec<SceneBuilding>,
+        trees: Vec<Tree>,
+        clutter: Vec<Clutter>,
+        patches: Vec<Patch>,
+    ) -> Self {
+        let boxes = |list: Vec<Box2>| Bins::new(&list);
+        let bins = [
+            boxes(buildings.iter().map(|b| b.bounds.grown(1.0)).collect()),
+            boxes(trees.iter().map(|t| Box2 { min: t.place, max: t.place }.grown(1.2 * t.radius)).collect()),
+            boxes(clutter.iter().map(|c| Box2::of(c.plan.ring())).collect()),
+            boxes(patches.iter().map(|p| Box2::of(p.plan.ring())).collect()),
+        ];
+        Self { seed, extent, relief, buildings, trees, clutter, patches, bins }
+    }
+
+    /// Indices of the buildings whose surroundings (1 m) touch a box, ascending.
+    pub(crate) fn buildings_in(&self, window: &Box2) -> Vec<usize> {
+        self.bins[0].touching(window)
+    }
+
+    pub(crate) fn trees_in(&self, window: &Box2) -> Vec<usize> {
+        self.bins[1].touching(window)
+    }
+
+    pub(crate) fn clutter_in(&self, window: &Box2) -> Vec<usize> {
+        self.bins[2].touching(window)
+    }
+
+    pub(crate) fn patches_in(&self, window: &Box2) -> Vec<usize> {
+        self.bins[3].touching(window)
+    }
+
+    /// The building over a place.
+    #[must_use]
+    pub fn building_at(&self, p: DVec2) -> Option<usize> {
+        let here = self.buildings_in(&Box2 { min: p, max: p });
+        here.into_iter().find(|&b| self.buildings[b].roof_at(p).is_some())
+    }
+}

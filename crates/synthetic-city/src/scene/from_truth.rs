@@ -1,0 +1,146 @@
+//! A scene from a city model: its LOD2 buildings on other ground, repeated if wanted.
+
+use super::Scene;
+use super::building::{RoofFace, SceneBuilding, attributes, roof_faces};
+use super::details::{details, style};
+use super::layout::Builder;
+use super::objects::Cover;
+use super::primitive::Oblong;
+use crate::error::SynthError;
+use gable_city_model::{Building, CityModel, Lods, Shell};
+use gable_geometry::{Box2, Counter, DVec2, DVec3, dvec2};
+
+/// Free ground around the buildings, metres.
+const BORDER: f64 = 20.0;
+
+/// How a copy of the city lies.
+struct Copy {
+    turn: usize,
+    mirror: bool,
+    /// Factor of heights above the eave.
+    steepness: f64,
+    shift: DVec2,
+}
+
+/// Builds the scene: `repeat` × `repeat` copies of the model.
+pub(crate) fn scene(model: &CityModel, repeat: u32, seed: u64, slope: f64) -> Result<Scene, SynthError> {
+    let usable: Vec<&Building> = model.buildings.iter().filter(|b| !b.lods.lod2.is_empty()).collect();
+    let around = Box2::of(usable.iter().flat_map(|b| &b.lods.lod2).flat_map(|s| &s.vertices).map(|v| v.truncate()));
+    if around.is_empty() {
+        return Err(SynthError::EmptyTruth);
+    }
+    let centre = (around.min + around.max) / 2.0;
+    // Copies are turned by right angles, so each has a square place.
+    let side = ((around.size().max_element() + 2.0 * BORDER) / 0.4).ceil() * 0.4;
+    let size = if repeat == 1 { ((around.size() + 2.0 * BORDER) / 0.4).ceil() * 0.4 } else { DVec2::splat(side * f64::from(repeat)) };
+    let mut builder = Builder::new(seed, Box2 { min: DVec2::ZERO, max: size }, slope);
+    builder.patch(Cover::Asphalt, Oblong { centre: size / 2.0, axis: DVec2::X, half_length: size.x, half_width: size.y });
+    for n in 0..repeat * repeat {
+        let (i, j) = (n % repeat, n / repeat);
+        let mut c = Counter::keyed(seed, &[20, i64::from(n)]);
+        let shift = if repeat == 1 { size / 2.0 } else { (dvec2(f64::from(i), f64::from(j)) + 0.5) * side };
+        let copy = if n == 0 {
+            Copy { turn: 0, mirror: false, steepness: 1.0, shift }
+        } else {
+            Copy { turn: c.index(4), mirror: c.unit() < 0.5, steepness: c.range(0.9, 1.1), shift }
+        };
+        for building in &usable {
+            let id = if n == 0 { building.id.clone() } else { format!("{}-copy{n}", building.id) };
+            place(&mut builder, building, id, &copy, centre, &mut c);
+        }
+    }
+    if builder.buildings.is_empty() {
+        return Err(SynthError::EmptyTruth);
+    }
+    surroundings(&mut builder);
+    Ok(builder.finish())
+}
+
+impl Copy {
+    fn apply(&self, p: DVec3, centre: DVec2) -> DVec3 {
+        let mut q = p.truncate() - centre;
+        if self.mirror {
+            q.x = -q.x;
+        }
+        for _ in 0..self.turn {
+            q = q.perp();
+        }
+        (q + self.shift).extend(p.z)
+    }
+
+    /// A mirrored shell has its rings turned about, so that they still face outside.
+    fn shell(&self, shell: &Shell, centre: DVec2, height: &dyn Fn(f64) -> f64) -> Shell {
+        let vertices = shell.vertices.iter().map(|v| self.apply(DVec3::new(v.x, v.y, height(v.z)), centre)).collect();
+        let mut faces = shell.faces.clone();
+        if self.mirror {
+            faces.iter_mut().flat_map(|f| &mut f.rings).for_each(|r| r.reverse());
+        }
+        Shell { vertices, faces }
+    }
+}
+
+fn place(builder: &mut Builder, building: &Building, id: String, copy: &Copy, centre: DVec2, c: &mut Counter) {
+    let shells = &building.lods.lod2;
+    let low = shells.iter().flat_map(|s| &s.vertices).map(|v| v.z).fold(f64::INFINITY, f64::min);
+    let eave = shells.iter().flat_map(super::building::roof_vertices).fold(f64::INFINITY, f64::min);
+    let plan = Box2::of(shells.iter().flat_map(|s| &s.vertices).map(|v| copy.apply(*v, centre).truncate()));
+    let corners = [plan.min, plan.max, dvec2(plan.min.x, plan.max.y), dvec2(plan.max.x, plan.min.y)];
+    let ground = corners.iter().map(|p| builder.relief.height(*p)).fold(f64::INFINITY, f64::min);
+    let ground = (ground * 1e3).floor() / 1e3;
+    // Walls grow as the ground falls; roofs keep their height over the middle of the plan.
+    let lift = builder.relief.height((plan.min + plan.max) / 2.0) - low;
+    let height = |z: f64| {
+        if (z - low).abs() < 1e-6 { ground } else { lift + z + (z - eave).max(0.0) * (copy.steepness - 1.0) }
+    };
+    let move_all = |list: &[Shell]| list.iter().map(|s| copy.shell(s, centre, &height)).collect::<Vec<_>>();
+    let flat = |shell: &Option<Shell>| shell.as_ref().map(|s| copy.shell(s, centre, &height));
+    let lods = Lods {
+        footprint: flat(&building.lods.footprint),
+        roof_edge: flat(&building.lods.roof_edge),
+        lod1: move_all(&building.lods.lod1),
+        lod2: move_all(shells),
+    };
+    let roof: Vec<RoofFace> = lods.lod2.iter().flat_map(roof_faces).collect();
+    if roof.is_empty() {
+        return;
+    }
+    let sloped = roof.iter().any(|f| f.plane.slope() > 0.15);
+    let facts = attributes(if sloped { "slanted" } else { "flat" }, &lods.lod2[0], ground);
+    let mut look = style(!sloped, c);
+    look.overhang = if sloped { look.overhang.min(0.2) } else { 0.0 };
+    let truth = Building { id, attributes: facts, lods };
+    let made = SceneBuilding::from_truth(truth, ground, roof, look, c.bits());
+    details(&made, c, &mut builder.clutter);
+    builder.buildings.push(made);
+}
+
+/// Gardens around the buildings, trees and cars between them.
+fn surroundings(builder: &mut Builder) {
+    let mut c = Counter::keyed(builder.seed, &[21]);
+    let extent = builder.extent;
+    let probe = Scene::new(0, extent, builder.relief.clone(), std::mem::take(&mut builder.buildings), vec![], vec![], vec![]);
+    for b in &probe.buildings {
+        let area: f64 = b.roof.iter().map(|f| f.polygon.area()).sum();
+        let Some(rim) = b.rims.iter().max_by(|x, y| x.from.distance(x.to).total_cmp(&y.from.distance(y.to))) else { continue };
+        let axis = (rim.to - rim.from).normalize_or(DVec2::X);
+        let centre = (b.bounds.min + b.bounds.max) / 2.0;
+        let reach = (area.sqrt() / 2.0).max(2.0);
+        let cover = [Cover::Grass, Cover::Grass, Cover::Yard, Cover::Pavement][c.index(4)];
+        let garden = Oblong { centre, axis, half_length: reach + 4.0, half_width: reach + 6.0 };
+        builder.patch(cover, garden);
+    }
+    let spots = (extent.size().x * extent.size().y / 260.0) as usize;
+    for _ in 0..spots {
+        let p = extent.min + extent.size() * dvec2(c.unit(), c.unit());
+        let around = [dvec2(1.0, 0.0), dvec2(-1.0, 0.0), dvec2(0.0, 1.0), dvec2(0.0, -1.0)];
+        if around.iter().any(|d| probe.building_at(p + *d).is_some()) {
+            continue;
+        }
+        if c.unit() < 0.6 {
+            builder.tree(p, &mut c);
+        } else {
+            builder.cars(p, p + DVec2::from_angle(c.range(0.0, 6.3)) * 5.0, 5.0, 1.0, false, &mut c);
+        }
+    }
+    builder.buildings = probe.buildings;
+}

@@ -1,0 +1,162 @@
+//! Trees and clutter: what stands in a city besides buildings.
+
+use super::primitive::Oblong;
+use crate::noise::noise2;
+use gable_geometry::DVec2;
+use serde::Serialize;
+
+/// Shapes of crowns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Species {
+    /// Broad, almost spherical.
+    Broadleaf,
+    /// Broad with brown leaves.
+    Copper,
+    /// A cone.
+    Conifer,
+    /// A narrow column.
+    Poplar,
+    /// A small low ball.
+    Fruit,
+}
+
+/// A tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Tree {
+    /// Place of the trunk.
+    pub place: DVec2,
+    /// Ground at the trunk, metres.
+    pub ground: f64,
+    /// Height over the ground, metres.
+    pub height: f64,
+    /// Radius of the crown, metres.
+    pub radius: f64,
+    /// Height over the ground where the crown begins, metres.
+    pub clear: f64,
+    /// Shape.
+    pub species: Species,
+    /// Seed of its bumps and colour.
+    pub seed: u64,
+}
+
+impl Tree {
+    /// Lower and upper end of the crown over a place; `None` beside it.
+    #[must_use]
+    pub fn crown(&self, p: DVec2) -> Option<(f64, f64)> {
+        let bump = noise2(self.seed, 1.3, p.x, p.y);
+        let branch = noise2(self.seed ^ 7, 2.9, p.x, p.y);
+        let rho = p.distance(self.place) / (self.radius * (1.0 + 0.16 * branch));
+        if rho >= 1.0 {
+            return None;
+        }
+        let depth = self.height - self.clear;
+        let round = (1.0 - rho * rho).sqrt();
+        let (low, high) = match self.species {
+            Species::Broadleaf | Species::Copper | Species::Fruit => {
+                let middle = self.clear + 0.42 * depth;
+                (middle - 0.42 * depth * round, middle + 0.58 * depth * round.powf(0.85))
+            }
+            Species::Conifer => (self.clear, self.clear + depth * (1.0 - rho).powf(0.9)),
+            Species::Poplar => (self.clear, self.clear + depth * (1.0 - rho.powi(4)).powf(0.7)),
+        };
+        let rough = 0.55 * bump * (1.0 - 0.5 * rho) + 0.35 * branch;
+        let low = (low + 0.4 * branch).max(0.6);
+        let high = high + rough * (0.5 + 0.05 * self.height);
+        (high > low).then_some((self.ground + low, self.ground + high))
+    }
+}
+
+/// Kinds of clutter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Thing {
+    /// A parked or driving car.
+    Car,
+    /// A garden wall.
+    Wall,
+    /// A hedge.
+    Hedge,
+    /// A chimney.
+    Chimney,
+    /// A dormer, its front towards the negative axis end.
+    Dormer,
+    /// Machinery on a flat roof.
+    Plant,
+    /// A balcony: it hangs.
+    Balcony,
+    /// A blob in the air that matching invents.
+    Floater,
+}
+
+impl Thing {
+    /// Whether it stands on a building.
+    #[must_use]
+    pub fn on_building(self) -> bool {
+        matches!(self, Self::Chimney | Self::Dormer | Self::Plant | Self::Balcony)
+    }
+}
+
+/// A box-like thing.
+#[derive(Clone, Copy, Debug)]
+pub struct Clutter {
+    /// Kind.
+    pub thing: Thing,
+    /// Plan.
+    pub plan: Oblong,
+    /// Lower end, metres.
+    pub low: f64,
+    /// Upper end, metres.
+    pub high: f64,
+    /// Seed of its colour.
+    pub seed: u64,
+}
+
+impl Clutter {
+    /// Upper end over a place; `None` beside it.
+    #[must_use]
+    pub fn top(&self, p: DVec2) -> Option<f64> {
+        let d = p - self.plan.centre;
+        let s = d.dot(self.plan.axis) / self.plan.half_length;
+        let t = d.dot(self.plan.axis.perp()) / self.plan.half_width;
+        if s.abs() > 1.0 || t.abs() > 1.0 {
+            return None;
+        }
+        let height = self.high - self.low;
+        Some(match self.thing {
+            Thing::Car => self.low + height * if (-0.6..0.35).contains(&s) { 1.0 } else { 0.62 },
+            Thing::Dormer => self.high - 0.35 * t.abs() * self.plan.half_width.min(1.5),
+            Thing::Hedge => self.high + 0.2 * noise2(self.seed, 0.9, p.x, p.y),
+            Thing::Floater => {
+                let round = (1.0 - (s * s + t * t) * 0.8).max(0.0);
+                self.low + height * round
+            }
+            _ => self.high,
+        })
+    }
+}
+
+/// What covers the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cover {
+    /// Street with markings.
+    Asphalt,
+    /// Footway.
+    Pavement,
+    /// Lawn.
+    Grass,
+    /// Paved yard.
+    Yard,
+    /// Bare earth.
+    Soil,
+    /// Car park with painted bays.
+    Parking,
+}
+
+/// A rectangle of ground cover; later ones lie over earlier ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch {
+    /// Kind.
+    pub cover: Cover,
+    /// Plan.
+    pub plan: Oblong,
+}

@@ -1,0 +1,298 @@
+//! Edge collapse with quadric error (Garland and Heckbert 1997) down to a number of faces.
+//!
+//! Borders and non-manifold edges stay as they are, so that tiles keep meeting. Each quadric carries a
+//! small share of the distance to its vertex, which keeps triangles even where the surface is flat.
+//! O(n log n); ties go by vertex number, so the result depends on the input only.
+
+use super::TriMesh;
+use gable_geometry::DVec3;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
+
+/// Weight of the distance to the old vertex against the distance to its planes.
+const REGULARITY: f64 = 2e-3;
+
+/// Symmetric 4×4 form: squared distance to weighted planes.
+#[derive(Clone, Copy, Default)]
+struct Quadric {
+    xx: f64,
+    xy: f64,
+    xz: f64,
+    yy: f64,
+    yz: f64,
+    zz: f64,
+    linear: DVec3,
+    constant: f64,
+}
+
+impl Quadric {
+    fn plane(n: DVec3, point: DVec3, weight: f64) -> Self {
+        let d = -n.dot(point);
+        let (m, w) = (n * weight, weight);
+        Self {
+            xx: m.x * n.x,
+            xy: m.x * n.y,
+            xz: m.x * n.z,
+            yy: m.y * n.y,
+            yz: m.y * n.z,
+            zz: m.z * n.z,
+            linear: m * d,
+            constant: w * d * d,
+        }
+    }
+
+    fn point(p: DVec3, w: f64) -> Self {
+        Self { xx: w, yy: w, zz: w, linear: -p * w, constant: w * p.length_squared(), ..Self::default() }
+    }
+
+    fn add(&mut self, o: &Self) {
+        self.xx += o.xx;
+        self.xy += o.xy;
+        self.xz += o.xz;
+        self.yy += o.yy;
+        self.yz += o.yz;
+        self.zz += o.zz;
+        self.linear += o.linear;
+        self.constant += o.constant;
+    }
+
+    fn times(&self, p: DVec3) -> DVec3 {
+        DVec3::new(
+            self.xx * p.x + self.xy * p.y + self.xz * p.z,
+            self.xy * p.x + self.yy * p.y + self.yz * p.z,
+            self.xz * p.x + self.yz * p.y + self.zz * p.z,
+        )
+    }
+
+    fn at(&self, p: DVec3) -> f64 {
+        p.dot(self.times(p)) + 2.0 * self.linear.dot(p) + self.constant
+    }
+
+    /// Where the form is least (Cramer's rule).
+    fn least(&self) -> Option<DVec3> {
+        let a = DVec3::new(self.xx, self.xy, self.xz);
+        let b = DVec3::new(self.xy, self.yy, self.yz);
+        let c = DVec3::new(self.xz, self.yz, self.zz);
+        let determinant = a.dot(b.cross(c));
+        let scale = self.xx + self.yy + self.zz;
+        if determinant.abs() < 1e-9 * scale * scale * scale {
+            return None;
+        }
+        let r = -self.linear;
+        let x = r.dot(b.cross(c));
+        let y = a.dot(r.cross(c));
+        let z = a.dot(b.cross(r));
+        Some(DVec3::new(x, y, z) / determinant)
+    }
+}
+
+struct Candidate {
+    cost: f64,
+    u: u32,
+    v: u32,
+    stamp: u32,
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.cost.total_cmp(&self.cost).then(other.u.cmp(&self.u)).then(other.v.cmp(&self.v))
+    }
+}
+
+struct Work {
+    /// Coordinates relative to the first vertex, which keeps the forms well conditioned.
+    places: Vec<DVec3>,
+    faces: Vec<[u32; 3]>,
+    alive: Vec<bool>,
+    around: Vec<Vec<u32>>,
+    forms: Vec<Quadric>,
+    fixed: Vec<bool>,
+    stamps: Vec<u32>,
+}
+
+/// Collapses edges until at most `target` faces are left or no edge can be collapsed.
+pub(crate) fn decimate(mesh: &TriMesh, target: usize) -> TriMesh {
+    let Some(&origin) = mesh.vertices.first() else { return TriMesh::default() };
+    let mut work = prepare(mesh, origin);
+    let mut left = work.faces.len();
+    let mut heap = BinaryHeap::new();
+    for face in &work.faces {
+        for k in 0..3 {
+            let (u, v) = (face[k], face[(k + 1) % 3]);
+            if u < v {
+                push(&work, &mut heap, u, v);
+            }
+        }
+    }
+    while left > target {
+        let Some(best) = heap.pop() else { break };
+        let (u, v) = (best.u, best.v);
+        if best.stamp != work.stamps[u as usize].wrapping_add(work.stamps[v as usize])
+            || work.around[u as usize].is_empty()
+            || work.around[v as usize].is_empty()
+        {
+            continue;
+        }
+        let place = work.best_place(u, v).0;
+        if !work.may_collapse(u, v, place) {
+            continue;
+        }
+        left -= work.collapse(u, v, place);
+        for w in work.neighbours(u) {
+            push(&work, &mut heap, u.min(w), u.max(w));
+        }
+    }
+    let mut out = TriMesh {
+        vertices: work.places.iter().map(|p| *p + origin).collect(),
+        faces: work.faces.iter().zip(&work.alive).filter(|(_, a)| **a).map(|(f, _)| *f).collect(),
+    };
+    out.compact();
+    out
+}
+
+fn prepare(mesh: &TriMesh, origin: DVec3) -> Work {
+    let n = mesh.vertices.len();
+    let mut work = Work {
+        places: mesh.vertices.iter().map(|p| *p - origin).collect(),
+        faces: mesh.faces.clone(),
+        alive: vec![true; mesh.faces.len()],
+        around: vec![Vec::with_capacity(6); n],
+        forms: vec![Quadric::default(); n],
+        fixed: vec![false; n],
+        stamps: vec![0; n],
+    };
+    let mut sides: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    for (f, face) in mesh.faces.iter().enumerate() {
+        let [a, b, c] = face.map(|v| work.places[v as usize]);
+        let normal = (b - a).cross(c - a);
+        let area = normal.length();
+        let form = normal.try_normalize().map(|n| Quadric::plane(n, a, area / 6.0)).unwrap_or_default();
+        for (k, &v) in face.iter().enumerate() {
+            work.around[v as usize].push(f as u32);
+            work.forms[v as usize].add(&form);
+            let soft = Quadric::point(work.places[v as usize], REGULARITY * area);
+            work.forms[v as usize].add(&soft);
+            let w = face[(k + 1) % 3];
+            *sides.entry((v.min(w), v.max(w))).or_default() += 1;
+        }
+    }
+    for ((u, v), count) in sides {
+        if count != 2 {
+            work.fixed[u as usize] = true;
+            work.fixed[v as usize] = true;
+        }
+    }
+    work
+}
+
+fn push(work: &Work, heap: &mut BinaryHeap<Candidate>, u: u32, v: u32) {
+    if work.fixed[u as usize] && work.fixed[v as usize] {
+        return;
+    }
+    let (_, cost) = work.best_place(u, v);
+    let stamp = work.stamps[u as usize].wrapping_add(work.stamps[v as usize]);
+    heap.push(Candidate { cost, u, v, stamp });
+}
+
+impl Work {
+    fn best_place(&self, u: u32, v: u32) -> (DVec3, f64) {
+        let mut form = self.forms[u as usize];
+        form.add(&self.forms[v as usize]);
+        let (p, q) = (self.places[u as usize], self.places[v as usize]);
+        let ends: &[DVec3] = match (self.fixed[u as usize], self.fixed[v as usize]) {
+            (true, _) => &[p],
+            (_, true) => &[q],
+            _ => &[p, q, p.midpoint(q)],
+        };
+        if ends.len() == 3
+            && let Some(least) = form.least()
+            && least.distance(p.midpoint(q)) < 2.0 * p.distance(q)
+        {
+            return (least, form.at(least));
+        }
+        let mut best = (ends[0], form.at(ends[0]));
+        for &end in &ends[1..] {
+            let cost = form.at(end);
+            if cost < best.1 {
+                best = (end, cost);
+            }
+        }
+        best
+    }
+
+    fn neighbours(&self, v: u32) -> Vec<u32> {
+        let mut out: Vec<u32> =
+            self.around[v as usize].iter().flat_map(|&f| self.faces[f as usize]).filter(|&w| w != v).collect();
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+
+    /// The link condition (at most two common neighbours) and no face that turns over or degenerates.
+    fn may_collapse(&self, u: u32, v: u32, place: DVec3) -> bool {
+        let (a, b) = (self.neighbours(u), self.neighbours(v));
+        let common = a.iter().filter(|w| b.binary_search(w).is_ok()).count();
+        if common > 2 || a.len() + b.len() > 22 {
+            return false;
+        }
+        for (own, other) in [(u, v), (v, u)] {
+            for &f in &self.around[own as usize] {
+                let face = self.faces[f as usize];
+                if face.contains(&other) {
+                    continue;
+                }
+                let old = face.map(|w| self.places[w as usize]);
+                let new = face.map(|w| if w == own { place } else { self.places[w as usize] });
+                let before = (old[1] - old[0]).cross(old[2] - old[0]);
+                let after = (new[1] - new[0]).cross(new[2] - new[0]);
+                if before.dot(after) < 0.2 * before.length() * after.length() || after.length() < 1e-5 {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Moves `u` to the place and hangs the faces of `v` on it; returns how many faces vanish.
+    fn collapse(&mut self, u: u32, v: u32, place: DVec3) -> usize {
+        let moved = std::mem::take(&mut self.around[v as usize]);
+        let mut gone = 0;
+        for f in moved {
+            if self.faces[f as usize].contains(&u) {
+                self.alive[f as usize] = false;
+                gone += 1;
+                for w in self.faces[f as usize] {
+                    self.around[w as usize].retain(|&g| g != f);
+                }
+            } else {
+                for w in &mut self.faces[f as usize] {
+                    if *w == v {
+                        *w = u;
+                    }
+                }
+                self.around[u as usize].push(f);
+            }
+        }
+        let form = self.forms[v as usize];
+        self.forms[u as usize].add(&form);
+        self.places[u as usize] = place;
+        self.fixed[u as usize] |= self.fixed[v as usize];
+        // A vertex's stamp only grows, so the sum of two stamps tells old candidates from new ones.
+        self.stamps[u as usize] += 1 + self.stamps[v as usize];
+        gone
+    }
+}

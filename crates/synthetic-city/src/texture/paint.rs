@@ -1,0 +1,205 @@
+//! What the cameras would have seen at a place of the mesh: material, light, shadow.
+
+use super::patterns::{self, Rgb, blend, scale};
+use crate::noise::{hash, noise2, unit};
+use crate::scene::Scene;
+use crate::scene::building::SceneBuilding;
+use crate::scene::objects::{Cover, Thing};
+use crate::sensing::columns::{Class, Column, Columns, NONE, Slab};
+use crate::sensing::horizon::{Heights, directed_horizon};
+use crate::sensing::COLUMN;
+use gable_geometry::{DVec2, DVec3, point_segment_distance};
+
+/// Direction to the sun: azimuth 214° (south-south-west), elevation 43°.
+const SUN: DVec3 = DVec3::new(-0.409, -0.606, 0.682);
+
+/// Kinds of surface.
+#[derive(Clone, Copy)]
+enum Surface {
+    Ground,
+    Leaves,
+    Roof,
+    Facade,
+    Thing,
+    Eave,
+    Balcony,
+}
+
+/// Paints places of one tile.
+pub(crate) struct Painter<'a> {
+    scene: &'a Scene,
+    columns: &'a Columns,
+    /// For each column the height above which the sun shines.
+    sun: Vec<f32>,
+}
+
+impl<'a> Painter<'a> {
+    pub(crate) fn new(scene: &'a Scene, columns: &'a Columns) -> Self {
+        let top = Heights {
+            width: columns.width,
+            height: columns.height,
+            data: columns.data.iter().map(Column::top).collect(),
+        };
+        let ground = SUN.truncate().length();
+        let direction = [(SUN.x / ground) as f32, (SUN.y / ground) as f32];
+        let sun = directed_horizon(&top, direction, (SUN.z / ground) as f32, COLUMN as f32);
+        Self { scene, columns, sun }
+    }
+
+    /// Class of the object that a face of the mesh stands for.
+    pub(crate) fn class(&self, p: DVec3, normal: DVec3) -> Class {
+        let (column, surface) = self.surface(p, normal);
+        match surface {
+            Surface::Leaves => Class::Tree,
+            Surface::Roof | Surface::Facade | Surface::Eave | Surface::Balcony => Class::Building,
+            Surface::Thing => match self.scene.clutter[column.clutter as usize].thing {
+                Thing::Hedge => Class::Tree,
+                thing if thing.on_building() => Class::Building,
+                _ => Class::Clutter,
+            },
+            Surface::Ground if column.slab_kind == Slab::Floater && p.z > f64::from(column.solid) + 0.8 => Class::Clutter,
+            Surface::Ground if column.cover == Cover::Grass => Class::Grass,
+            Surface::Ground => Class::Ground,
+        }
+    }
+
+    /// Colour (sRGB 0–255) of a place on a face; `image` is the gain of the picture it comes from.
+    pub(crate) fn colour(&self, p: DVec3, normal: DVec3, image: Rgb) -> Rgb {
+        let (column, surface) = self.surface(p, normal);
+        let scene = self.scene;
+        let q = p.truncate();
+        let building = scene.buildings.get(column.building as usize);
+        let mut light = normal;
+        let mut albedo = match surface {
+            Surface::Ground => {
+                light = DVec3::Z;
+                patterns::ground(scene.seed, column.cover, scene.patches.get(column.patch as usize), q)
+            }
+            Surface::Leaves => match scene.trees.get(column.tree as usize) {
+                Some(tree) => {
+                    let away = (p - tree.place.extend(tree.ground + 0.55 * tree.height)).normalize_or(DVec3::Z);
+                    light = (away + 0.6 * normal).normalize_or(DVec3::Z);
+                    patterns::leaves(tree, p)
+                }
+                None => [80.0, 100.0, 50.0],
+            },
+            Surface::Roof | Surface::Eave => match building {
+                Some(b) => {
+                    light = b.roof.get(column.face as usize).map_or(normal, |f| f.plane.normal());
+                    self.edge_leak(b, q, patterns::roof(b, column.face as usize, q))
+                }
+                None => [150.0, 150.0, 150.0],
+            },
+            Surface::Facade | Surface::Balcony => match building {
+                Some(b) => {
+                    let (u, corner, wall, outward) = wall_place(b, q);
+                    light = outward.extend(0.0);
+                    patterns::facade(b, u, corner, p.z, wall)
+                }
+                None => [170.0, 165.0, 158.0],
+            },
+            Surface::Thing => {
+                patterns::thing(building, &scene.clutter[column.clutter as usize], p, normal.z.abs() < 0.5)
+            }
+        };
+        // Dust and wear over everything, the same from all sides.
+        albedo = scale(albedo, 1.0 + 0.05 * noise2(scene.seed ^ 0xd, 23.0, q.x, q.y));
+        let lit = f64::from(self.lit(p)) * light.dot(SUN).max(0.0);
+        let sky = 0.5 + 0.14 * light.z;
+        let shine = [sky * 0.94 + 0.66 * lit, sky * 0.98 + 0.62 * lit, sky * 1.06 + 0.55 * lit];
+        std::array::from_fn(|k| albedo[k] * image[k] * shine[k] as f32)
+    }
+
+    /// Facades show through within a hand of the roof's edge: pictures from the side see them there.
+    fn edge_leak(&self, building: &SceneBuilding, q: DVec2, roof: Rgb) -> Rgb {
+        let reach = 0.28 + 0.22 * noise2(building.seed ^ 0x1eaf, 2.2, q.x, q.y);
+        let near = building
+            .rims
+            .iter()
+            .map(|r| point_segment_distance(q, r.from, r.to))
+            .fold(f64::INFINITY, f64::min);
+        if near < reach { blend(roof, building.style.facade, 0.75 * (1.0 - near / reach)) } else { roof }
+    }
+
+    /// Share of the sun that reaches a place, soft over half a metre.
+    fn lit(&self, p: DVec3) -> f32 {
+        let c = self.columns;
+        let at = |v: f64, o: i64, n: usize| (((v / COLUMN).floor() as i64 - o).max(0) as usize).min(n - 1);
+        let k = at(p.y, c.y0, c.height) * c.width + at(p.x, c.x0, c.width);
+        // The mesh lies up to two decimetres under the true surface, which must not shade it.
+        let z = (p.z as f32).max(c.data[k].solid.min(p.z as f32 + 0.5));
+        ((z + 0.35 - self.sun[k]) / 0.5).clamp(0.0, 1.0)
+    }
+
+    /// The object that a place of the mesh stands for: what is just behind the surface.
+    fn surface(&self, p: DVec3, normal: DVec3) -> (&Column, Surface) {
+        let flat = normal.truncate().normalize_or(DVec2::ZERO);
+        let steep = normal.z.abs() < 0.5;
+        let wobble = 0.12 * noise2(self.scene.seed ^ 0x3b, 1.7, p.x + p.z, p.y - p.z);
+        let depths: &[f64] = if steep { &[0.3, 0.7, 0.0] } else { &[0.0] };
+        let mut last = None;
+        for depth in depths {
+            let column = self.columns.at(p.truncate() - flat * (depth + wobble));
+            let surface = within(column, p.z as f32, steep);
+            if !matches!(surface, Surface::Ground) {
+                return (column, surface);
+            }
+            last = Some((column, surface));
+        }
+        last.unwrap_or((self.columns.at(p.truncate()), Surface::Ground))
+    }
+}
+
+fn within(column: &Column, z: f32, steep: bool) -> Surface {
+    let near = |(low, high): (f32, f32)| z > low - 0.35 && z < high + 0.6;
+    let in_crown = near(column.crown);
+    if in_crown && z > column.solid + 0.3 {
+        return Surface::Leaves;
+    }
+    if near(column.slab) && z > column.solid + 0.3 {
+        match column.slab_kind {
+            Slab::Eave => return Surface::Eave,
+            Slab::Balcony => return Surface::Balcony,
+            Slab::Floater | Slab::None => {}
+        }
+    }
+    if column.is_built() {
+        let roof = z > column.solid - if steep { 0.25 } else { 1.5 };
+        if column.clutter != NONE && z > column.solid - 1.2 {
+            return Surface::Thing;
+        }
+        return if roof && !steep { Surface::Roof } else { Surface::Facade };
+    }
+    if column.clutter != NONE && z > column.ground + 0.25 {
+        return Surface::Thing;
+    }
+    if column.crown.1 > column.ground && z > column.ground + 0.9 {
+        return Surface::Leaves;
+    }
+    Surface::Ground
+}
+
+/// Distance along the nearest wall, distance to its nearer end, its number and its outward normal.
+fn wall_place(building: &SceneBuilding, q: DVec2) -> (f64, f64, usize, DVec2) {
+    let mut best = (f64::INFINITY, 0);
+    for (i, rim) in building.rims.iter().enumerate() {
+        let d = point_segment_distance(q, rim.from, rim.to);
+        if d < best.0 {
+            best = (d, i);
+        }
+    }
+    let Some(rim) = building.rims.get(best.1) else { return (q.x, 1.0, 0, DVec2::X) };
+    let along = (rim.to - rim.from).normalize_or(DVec2::X);
+    let u = (q - rim.from).dot(along);
+    (u, u.min(rim.from.distance(rim.to) - u), best.1, -along.perp())
+}
+
+/// Gain of the picture that a face was taken from: pictures change every 35 m or so, and with the side.
+pub(crate) fn exposure(seed: u64, p: DVec3, side: Option<u8>) -> Rgb {
+    let side = side.map_or(0, |s| 1 + i64::from(s) / 2);
+    let wobble = 6.0 * noise2(seed ^ 0xe0, 18.0, p.x, p.y);
+    let cell = |v: f64| ((v + wobble) / 35.0).floor() as i64;
+    let draw = |k: i64| unit(hash(seed ^ 0xe1, cell(p.x), cell(p.y), side * 8 + k));
+    let gain = 0.92 + 0.16 * draw(0);
+    [gain * (0.98 + 0.04 * draw(1)), gain, gain * (0.97 + 0.06 * draw(2))].map(|x| x as f32)
+}
