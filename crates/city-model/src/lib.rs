@@ -1,5 +1,18 @@
-//! City objects, ISO 19107 validation, CityJSON, CityJSONSeq and CityGML.
+#![doc = include_str!("../README.md")]
 
+mod cityjson;
+mod error;
 mod model;
+mod projection;
+mod quantise;
+mod semantics;
+mod shell;
+mod triangulate;
+pub mod validate;
 
+pub use cityjson::{Header, SeqWriter, read_cityjson, read_cityjson_str, write_cityjson, write_cityjson_file};
+pub use error::{Error, Note, ReadOptions, Reading};
 pub use model::{Attributes, Building, CityModel, Face, Lods, Semantic, Shell, Terrain, Value};
+pub use quantise::{STEPS_PER_METRE, from_lattice, lattice, quantised};
+pub use triangulate::{FaceTriangle, triangulate, triangulate_face};
+pub use validate::{Code, Issue, Tolerances, validate_shell, validate_solid};

@@ -1,0 +1,143 @@
+//! Intersections between triangles of a mesh with shared vertices, decided exactly.
+
+use crate::projection::AxisProjection;
+use gable_geometry::{DVec2, DVec3, Orientation, orientation};
+
+use super::segments::{Meeting, meeting};
+
+/// The first pair (in sweep order) of triangles of different faces that share a point beyond their common corners and
+/// edges. Triangles without area are passed over. A sweep along x finds the pairs whose boxes meet:
+/// O(n log n + pairs).
+pub(super) fn first_intersection(points: &[DVec3], triangles: &[(usize, [u32; 3])]) -> Option<(usize, usize)> {
+    sweep(points, triangles, points, triangles, |i, j| {
+        let ((f, s), (g, t)) = (&triangles[i], &triangles[j]);
+        i < j && f != g && intersect(points, *s, *t)
+    })
+}
+
+/// Pairs (i of the first mesh, j of the second) whose boxes meet, until `hit` says so.
+pub(super) fn sweep(
+    points: &[DVec3],
+    first: &[(usize, [u32; 3])],
+    others: &[DVec3],
+    second: &[(usize, [u32; 3])],
+    mut hit: impl FnMut(usize, usize) -> bool,
+) -> Option<(usize, usize)> {
+    let a = boxes(points, first);
+    let b = boxes(others, second);
+    let longest = b.iter().map(|(_, low, high)| high.x - low.x).fold(0.0, f64::max);
+    for (i, low, high) in &a {
+        let start = b.partition_point(|(_, other, _)| other.x < low.x - longest);
+        for (j, other_low, other_high) in b[start..].iter().take_while(|(_, other, _)| other.x <= high.x) {
+            let meet = low.cmple(*other_high).all() && other_low.cmple(*high).all();
+            if meet && hit(*i, *j) {
+                return Some((*i, *j));
+            }
+        }
+    }
+    None
+}
+
+/// Boxes sorted by their lower x.
+fn boxes(points: &[DVec3], triangles: &[(usize, [u32; 3])]) -> Vec<(usize, DVec3, DVec3)> {
+    let corners = |t: &[u32; 3]| t.map(|i| points[i as usize]);
+    let mut boxes: Vec<_> = triangles
+        .iter()
+        .enumerate()
+        .map(|(i, (_, t))| {
+            let [a, b, c] = corners(t);
+            (i, a.min(b).min(c), a.max(b).max(c))
+        })
+        .collect();
+    boxes.sort_by(|p, q| p.1.x.total_cmp(&q.1.x).then(p.0.cmp(&q.0)));
+    boxes
+}
+
+/// Whether two triangles of one mesh share a point that is not of a common corner or edge.
+pub(super) fn intersect(points: &[DVec3], s: [u32; 3], t: [u32; 3]) -> bool {
+    let at = |i: u32| points[i as usize];
+    let degenerate = |t: [u32; 3]| {
+        let [a, b, c] = t.map(at);
+        (b - a).cross(c - a) == DVec3::ZERO
+    };
+    if degenerate(s) || degenerate(t) {
+        return false;
+    }
+    let shared: Vec<u32> = s.iter().copied().filter(|i| t.contains(i)).collect();
+    let opposite = |t: [u32; 3]| t.iter().copied().find(|i| !shared.contains(i));
+    match shared.as_slice() {
+        [] => meet(s.map(at), t.map(at)),
+        [v] => {
+            // What they share is convex and holds v: if it is more, it reaches one of the edges opposite to v.
+            let far = |t: [u32; 3]| {
+                let k = t.iter().position(|i| i == v).unwrap_or(0);
+                (at(t[(k + 1) % 3]), at(t[(k + 2) % 3]))
+            };
+            let ((a, b), (c, d)) = (far(s), far(t));
+            segment_meets_triangle(a, b, t.map(at)) || segment_meets_triangle(c, d, s.map(at))
+        }
+        [u, v] => {
+            let (Some(p), Some(q)) = (opposite(s), opposite(t)) else { return true };
+            let (u, v, p, q) = (at(*u), at(*v), at(p), at(q));
+            if side(u, v, p, q) != 0 {
+                return false;
+            }
+            let Some(projection) = AxisProjection::along((v - u).cross(p - u)) else { return false };
+            let [u, v, p, q] = [u, v, p, q].map(|x| projection.project(x));
+            orientation(u, v, p) == orientation(u, v, q)
+        }
+        _ => true,
+    }
+}
+
+/// Whether two triangles without common corners share a point.
+pub(super) fn meet(s: [DVec3; 3], t: [DVec3; 3]) -> bool {
+    let sides = |t: [DVec3; 3], s: [DVec3; 3]| s.map(|p| side(t[0], t[1], t[2], p));
+    let apart = |s: [i8; 3]| s == [1; 3] || s == [-1; 3];
+    if apart(sides(t, s)) || apart(sides(s, t)) {
+        return false;
+    }
+    let edges = |t: [DVec3; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
+    edges(s).into_iter().any(|(a, b)| segment_meets_triangle(a, b, t))
+        || edges(t).into_iter().any(|(a, b)| segment_meets_triangle(a, b, s))
+}
+
+/// Whether the closed segment pq and the closed triangle share a point. Exact.
+pub(super) fn segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
+    let [a, b, c] = t;
+    let (sp, sq) = (side(a, b, c, p), side(a, b, c, q));
+    if sp != 0 && sp == sq {
+        return false;
+    }
+    if sp == 0 || sq == 0 {
+        let Some(projection) = AxisProjection::along((b - a).cross(c - a)) else { return false };
+        let flat = t.map(|x| projection.project(x));
+        let (fp, fq) = (projection.project(p), projection.project(q));
+        let within = |s: i8, f: DVec2| s == 0 && in_triangle(f, flat);
+        if within(sp, fp) || within(sq, fq) {
+            return true;
+        }
+        let crosses = |k: usize| meeting(fp, fq, flat[k], flat[(k + 1) % 3]) != Meeting::Apart;
+        return sp == 0 && sq == 0 && (0..3).any(crosses);
+    }
+    let turns = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
+    !(turns.contains(&1) && turns.contains(&-1))
+}
+
+/// Whether p is inside the counter-clockwise triangle or on its border.
+fn in_triangle(p: DVec2, t: [DVec2; 3]) -> bool {
+    (0..3).all(|k| orientation(t[k], t[(k + 1) % 3], p) != Orientation::Right)
+}
+
+/// Exact side of p with respect to the plane through a, b and c: 1, 0 or -1.
+pub(super) fn side(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> i8 {
+    let coordinate = |v: DVec3| robust::Coord3D { x: v.x, y: v.y, z: v.z };
+    let det = robust::orient3d(coordinate(a), coordinate(b), coordinate(c), coordinate(p));
+    if det > 0.0 {
+        1
+    } else if det < 0.0 {
+        -1
+    } else {
+        0
+    }
+}
