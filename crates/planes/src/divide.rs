@@ -7,14 +7,14 @@
 use crate::partition::{Partition, residual_sum};
 use crate::roof_plane::UNASSIGNED;
 use gable_geometry::{Covariance3, dvec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What is known about the noise, and what a region must have.
 pub(crate) struct Evidence {
     /// Area over which the noise of the heights is correlated, m².
     pub(crate) noise_area: f64,
-    /// Least standard deviation that is assumed for it, metres.
-    pub(crate) min_noise: f64,
+    /// Standard deviations that it can have, metres.
+    pub(crate) noise: std::ops::RangeInclusive<f64>,
     /// How many times σ² · `noise_area` the sum of squares (m⁴) must fall for a second plane.
     pub(crate) significance: f64,
     /// Least area of a region, m².
@@ -26,7 +26,9 @@ pub(crate) struct Evidence {
 impl Evidence {
     /// Ratio of the gain of two planes over one to the gain that noise could bring; both weights in pixels.
     fn ratio(&self, joint: f64, apart: f64, weight: f64, pixel_area: f64) -> f64 {
-        let variance = (apart / weight.max(1.0)).max(self.min_noise * self.min_noise);
+        // Bounded above, so that planes that fit badly do not vouch for each other.
+        let sigma = (apart / weight.max(1.0)).sqrt().clamp(*self.noise.start(), *self.noise.end());
+        let variance = sigma * sigma;
         (joint - apart) * pixel_area / (self.significance * variance * self.noise_area)
     }
 }
@@ -137,36 +139,31 @@ fn best_cut(partition: &Partition<'_>, pixels: &[u32], stride: usize, evidence: 
     best.map(|b| b.1)
 }
 
-/// Merges neighbours that one plane fits as well as two, the least different first. Returns how many were merged.
+/// Merges regions that one plane fits as well as two, the least different first: neighbours where the test of
+/// [`Evidence`] finds no second plane, others only where they are clearly coplanar (a roof that a cross
+/// gable cuts in two). Returns how many were merged. O(planes²) fits.
 pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence) -> usize {
-    let w = partition.field.width;
-    let mut borders: BTreeMap<(u16, u16), usize> = BTreeMap::new();
-    for p in 0..partition.labels.len() {
-        for q in [p + 1, p + w] {
-            let Some(&other) = partition.labels.get(q) else { continue };
-            let own = partition.labels[p];
-            if own != other && own != UNASSIGNED && other != UNASSIGNED {
-                *borders.entry((own.min(other), own.max(other))).or_default() += 1;
-            }
+    let n = partition.planes.len();
+    let mut touching = neighbours(partition);
+    let mut moments = partition.moments();
+    let mut into: Vec<u16> = (0..n as u16).collect();
+    let pixel_area = partition.field.step * partition.field.step;
+    let difference = |a: &Covariance3, b: &Covariance3, touch: bool| {
+        let mut both = *a;
+        both.merge(b);
+        let apart = residual_sum(a) + residual_sum(b);
+        let ratio = evidence.ratio(residual_sum(&both), apart, both.weight(), pixel_area);
+        if touch || coplanar(a, b) { ratio } else { f64::INFINITY }
+    };
+    let mut ratios: BTreeMap<(u16, u16), f64> = BTreeMap::new();
+    for i in 0..n as u16 {
+        for j in i + 1..n as u16 {
+            let ratio = difference(&moments[i as usize], &moments[j as usize], touching.contains(&(i, j)));
+            ratios.insert((i, j), ratio);
         }
     }
-    let mut moments = partition.moments();
-    let mut into: Vec<u16> = (0..partition.planes.len() as u16).collect();
-    let pixel_area = partition.field.step * partition.field.step;
     let mut merged = 0;
-    loop {
-        let mut best: Option<(f64, u16, u16)> = None;
-        for &(i, j) in borders.keys() {
-            let (a, b) = (&moments[i as usize], &moments[j as usize]);
-            let mut both = *a;
-            both.merge(b);
-            let apart = residual_sum(a) + residual_sum(b);
-            let ratio = evidence.ratio(residual_sum(&both), apart, both.weight(), pixel_area);
-            if ratio < 1.0 && best.is_none_or(|x| ratio < x.0) {
-                best = Some((ratio, i, j));
-            }
-        }
-        let Some((_, i, j)) = best else { break };
+    while let Some((&(i, j), _)) = ratios.iter().filter(|r| *r.1 < 1.0).min_by(|a, b| a.1.total_cmp(b.1)) {
         merged += 1;
         let other = moments[j as usize];
         moments[i as usize].merge(&other);
@@ -175,13 +172,11 @@ pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence) -> usize
                 *k = i;
             }
         }
-        let moved = std::mem::take(&mut borders);
-        for ((a, b), n) in moved {
-            let rename = |k: u16| if k == j { i } else { k };
-            let (a, b) = (rename(a), rename(b));
-            if a != b {
-                *borders.entry((a.min(b), a.max(b))).or_default() += n;
-            }
+        let rename = |k: u16| if k == j { i } else { k };
+        touching = touching.iter().map(|&(a, b)| (rename(a).min(rename(b)), rename(a).max(rename(b)))).collect();
+        ratios.retain(|&(a, b), _| a != j && b != j);
+        for (&(a, b), ratio) in ratios.iter_mut().filter(|(k, _)| k.0 == i || k.1 == i) {
+            *ratio = difference(&moments[a as usize], &moments[b as usize], touching.contains(&(a, b)));
         }
     }
     if merged > 0 {
@@ -195,4 +190,28 @@ pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence) -> usize
         partition.refit();
     }
     merged
+}
+
+/// Pairs of labels that are neighbours somewhere, the smaller one first.
+fn neighbours(partition: &Partition<'_>) -> BTreeSet<(u16, u16)> {
+    let w = partition.field.width;
+    let mut pairs = BTreeSet::new();
+    for p in 0..partition.labels.len() {
+        let own = partition.labels[p];
+        for q in [p + 1, p + w] {
+            let Some(&other) = partition.labels.get(q) else { continue };
+            if own != other && own != UNASSIGNED && other != UNASSIGNED {
+                pairs.insert((own.min(other), own.max(other)));
+            }
+        }
+    }
+    pairs
+}
+
+/// Whether two sets of points that do not touch lie on one plane: normals within 12° (noise turns small
+/// sets by that much), and the centroid of the smaller set within 0.2 m of the plane of the larger one.
+fn coplanar(a: &Covariance3, b: &Covariance3) -> bool {
+    let (large, small) = if a.weight() >= b.weight() { (a, b) } else { (b, a) };
+    let (Some(p), Some(q)) = (large.height_plane(), small.height_plane()) else { return false };
+    p.distance(small.centroid()).abs() < 0.2 && p.normal().dot(q.normal()) > 12f64.to_radians().cos()
 }

@@ -30,6 +30,8 @@ pub struct Params {
     pub noise_area: f64,
     /// Least noise that is assumed, metres (rms).
     pub min_noise: f64,
+    /// Most noise that is believed, metres (rms).
+    pub max_noise: f64,
     /// How many times the gain that noise alone brings a second plane must bring to be believed.
     pub significance: f64,
 }
@@ -46,6 +48,7 @@ impl Default for Params {
             max_slope: 75.0,
             noise_area: 14.0,
             min_noise: 0.04,
+            max_noise: 0.16,
             significance: 8.0,
         }
     }
@@ -96,7 +99,7 @@ pub fn detect(height: &Raster<f32>, normal: Option<&Raster<[f32; 3]>>, mask: &Ra
     };
     let evidence = Evidence {
         noise_area: params.noise_area,
-        min_noise: params.min_noise,
+        noise: params.min_noise..=params.max_noise.max(params.min_noise),
         significance: params.significance,
         min_area: params.min_area,
         min_width: params.min_width,
@@ -122,7 +125,7 @@ pub fn detect(height: &Raster<f32>, normal: Option<&Raster<[f32; 3]>>, mask: &Ra
 }
 
 /// Planes in the raster's coordinates, the largest first, with their figures.
-fn finish(partition: &Partition<'_>, height: &Raster<f32>) -> Planes {
+pub(crate) fn finish(partition: &Partition<'_>, height: &Raster<f32>) -> Planes {
     let field = partition.field;
     let window = height.window();
     let counts = partition.counts();

@@ -2,7 +2,7 @@
 
 use crate::local_fit::Field;
 use crate::roof_plane::UNASSIGNED;
-use gable_geometry::{Covariance3, dvec3};
+use gable_geometry::{Covariance3, DVec3, dvec3};
 
 /// Coefficients a, b, c of z = a·x + b·y + c in the field's coordinates.
 pub(crate) type Coefficients = [f64; 3];
@@ -25,19 +25,9 @@ impl<'a> Partition<'a> {
         Self { field, labels, planes: Vec::new(), cut2: cut * cut, smoothness }
     }
 
-    /// Whether a pixel and the four at `reach` pixels from it have the same label: not at a border, where
-    /// surfaces are rounded. Pixels outside the building count as another label.
+    /// [`is_interior`] with this labelling.
     pub(crate) fn is_interior(&self, pixel: usize, reach: usize) -> bool {
-        let (w, h) = (self.field.width, self.field.height);
-        let (i, j) = (pixel % w, pixel / w);
-        let label = self.labels[pixel];
-        i >= reach
-            && j >= reach
-            && i + reach < w
-            && j + reach < h
-            && [pixel - reach, pixel + reach, pixel - reach * w, pixel + reach * w]
-                .iter()
-                .all(|&q| self.labels[q] == label)
+        is_interior(&self.labels, self.field.width, self.field.height, pixel, reach)
     }
 
     /// Pixels that count as rounded off: 0.4 m from a border.
@@ -45,20 +35,15 @@ impl<'a> Partition<'a> {
         ((0.4 / self.field.step).round() as usize).max(1)
     }
 
-    /// Moments of each plane's pixels. Pixels at borders weigh little, so that rounding does not bias the fit
-    /// but small regions still have one.
+    /// [`interior_moments`] with this labelling.
     pub(crate) fn moments(&self) -> Vec<Covariance3> {
-        let mut out = vec![Covariance3::default(); self.planes.len()];
+        let field = self.field;
+        let point = |p: usize| {
+            let (x, y) = field.position(p);
+            dvec3(x, y, f64::from(field.z[p]))
+        };
         let reach = self.rounding_reach();
-        for (pixel, &label) in self.labels.iter().enumerate() {
-            if label == UNASSIGNED {
-                continue;
-            }
-            let weight = if self.is_interior(pixel, reach) { 1.0 } else { 0.02 };
-            let (x, y) = self.field.position(pixel);
-            out[label as usize].add(dvec3(x, y, f64::from(self.field.z[pixel])), weight);
-        }
-        out
+        interior_moments(&self.labels, field.width, field.height, self.planes.len(), reach, point)
     }
 
     /// Fits every plane to its pixels.
@@ -168,6 +153,41 @@ impl<'a> Partition<'a> {
             }
         }
     }
+}
+
+/// Whether a pixel and the four at `reach` pixels from it have the same label: not at a border, where
+/// surfaces are rounded. Pixels outside the raster count as another label.
+pub(crate) fn is_interior(labels: &[u16], width: usize, height: usize, pixel: usize, reach: usize) -> bool {
+    let (i, j) = (pixel % width, pixel / width);
+    let label = labels[pixel];
+    i >= reach
+        && j >= reach
+        && i + reach < width
+        && j + reach < height
+        && labels[pixel - reach] == label
+        && labels[pixel + reach] == label
+        && labels[pixel - reach * width] == label
+        && labels[pixel + reach * width] == label
+}
+
+/// Moments of each label's pixels. Pixels at borders weigh little, so that rounding does not bias a fit but small
+/// regions still have one.
+pub(crate) fn interior_moments(
+    labels: &[u16],
+    width: usize,
+    height: usize,
+    count: usize,
+    reach: usize,
+    point: impl Fn(usize) -> DVec3,
+) -> Vec<Covariance3> {
+    let mut out = vec![Covariance3::default(); count];
+    for (pixel, &label) in labels.iter().enumerate() {
+        if label != UNASSIGNED {
+            let weight = if is_interior(labels, width, height, pixel, reach) { 1.0 } else { 0.02 };
+            out[label as usize].add(point(pixel), weight);
+        }
+    }
+    out
 }
 
 /// Sum of squared orthogonal residuals of the best plane through points with these moments.

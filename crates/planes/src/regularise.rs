@@ -1,0 +1,295 @@
+//! Soft regularities between roof planes: level, along the facades, of equal slope, of equal height.
+//!
+//! Zhu 2018, §5.3, forces every plane into a roof direction before it is fitted, which flattens low slopes and
+//! turns skew ones. Here planes are fitted freely first, and a regularity is imposed only if the heights do
+//! not speak against it: the sum of squared distances may rise by what correlated noise would explain.
+
+use crate::facade_directions::{self, difference};
+use crate::partition::interior_moments;
+use crate::{Planes, UNASSIGNED};
+use gable_geometry::{Covariance3, DVec2, Plane, dvec3};
+use gable_ortho::Raster;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Parameters of [`regularise()`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Params {
+    /// Planes flatter than this may become level, degrees; small planes whose slope is less certain, up to twice
+    /// its standard deviation, but never over 8°.
+    pub level: f64,
+    /// Largest change of azimuth towards a facade direction, degrees.
+    pub turn: f64,
+    /// Largest difference of slopes that become equal, degrees.
+    pub slope: f64,
+    /// Largest difference of level planes that become equally high, metres; 0 turns this off.
+    pub height: f64,
+    /// Area over which the noise of the heights is correlated, m².
+    pub noise_area: f64,
+    /// The increase of the sum of squares that is allowed, in units of σ² · `noise_area` (the 90 % point of χ² with
+    /// three degrees of freedom is 6.25).
+    pub tolerance: f64,
+    /// Largest growth of a plane's rms, metres, whatever the noise.
+    pub max_growth: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { level: 3.0, turn: 10.0, slope: 5.0, height: 0.12, noise_area: 14.0, tolerance: 6.0, max_growth: 0.06 }
+    }
+}
+
+/// How many planes each regularity changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Changes {
+    /// Became level.
+    pub levelled: usize,
+    /// Turned to a facade direction, or to one that roof planes share.
+    pub turned: usize,
+    /// Share their slope with another plane.
+    pub equal_slopes: usize,
+    /// Level planes that share their height with another.
+    pub equal_heights: usize,
+}
+
+/// One plane under work: z = s·(u·p) + c, fitted to moments.
+struct Item {
+    moments: Covariance3,
+    area: f64,
+    /// Downhill is −`direction`·sign(slope); of unit length. Zero for level planes.
+    direction: DVec2,
+    slope: f64,
+    /// Whether `direction` is one of the facades' (or shared) ones.
+    turned: bool,
+    /// Squared orthogonal residual that is still tolerated, m².
+    limit: f64,
+    /// Variance of the noise that is assumed, m².
+    noise: f64,
+}
+
+impl Item {
+    /// Mean squared orthogonal distance for a gradient, with the best offset.
+    fn misfit(&self, g: DVec2) -> f64 {
+        let [xx, xy, xz, yy, yz, zz] = self.moments.matrix();
+        let v = zz - 2.0 * (g.x * xz + g.y * yz) + g.x * g.x * xx + 2.0 * g.x * g.y * xy + g.y * g.y * yy;
+        v.max(0.0) / (1.0 + g.length_squared())
+    }
+
+    fn gradient(&self) -> DVec2 {
+        self.direction * self.slope
+    }
+
+    fn tolerates(&self, g: DVec2) -> bool {
+        self.misfit(g) <= self.limit
+    }
+
+    /// Numerator and denominator of the best slope along a direction, per m² of the plane.
+    fn along(&self, u: DVec2) -> (f64, f64) {
+        let [xx, xy, xz, yy, yz, _] = self.moments.matrix();
+        (u.x * xz + u.y * yz, u.x * u.x * xx + 2.0 * u.x * u.y * xy + u.y * u.y * yy)
+    }
+
+    /// Standard deviation of the slope along a direction, from correlated noise.
+    fn uncertainty(&self, u: DVec2, noise_area: f64) -> f64 {
+        (self.noise * noise_area / (self.area * self.along(u).1.max(1e-6))).sqrt()
+    }
+}
+
+/// Imposes regularities on planes, each only where the pixels tolerate it, and fits the offsets again.
+///
+/// 1. nearly level planes become level;
+/// 2. azimuths near a facade direction (modulo 90°) turn to it, then those that remain to a direction that several
+///    planes share;
+/// 3. slopes become equal: of opposite planes first (z-symmetry: their ridge becomes level), then of parallel ones,
+///    then of those at right angles (hips); a common slope is the least-squares one of all its planes;
+/// 4. level planes of nearly equal height become equally high.
+///
+/// `facade_angles` in radians. `height` is the raster that the planes were detected on; the figures of the planes
+/// (rms) follow. O(pixels + planes²).
+///
+/// # Panics
+/// If height and labels differ in size.
+pub fn regularise(planes: &mut Planes, height: &Raster<f32>, facade_angles: &[f64], params: &Params) -> Changes {
+    assert_eq!(height.window().len(), planes.labels.window().len(), "height and labels need the same window");
+    let mut changes = Changes::default();
+    let mut items = items(planes, height, params);
+    for item in &mut items {
+        let steepest = 2.0 * item.uncertainty(item.direction, params.noise_area);
+        let bound = params.level.to_radians().tan().max(steepest.min(8f64.to_radians().tan()));
+        if item.slope <= bound && item.tolerates(DVec2::ZERO) {
+            changes.levelled += usize::from(item.slope > 0.0);
+            (item.slope, item.direction) = (0.0, DVec2::ZERO);
+        }
+    }
+    changes.turned += turn(&mut items, facade_angles, params);
+    let shared: Vec<f64> = {
+        let free = items.iter().filter(|i| i.slope > 0.0 && !i.turned);
+        let votes = free.map(|i| (i.direction.to_angle(), i.area * i.slope));
+        let tolerance = 0.5 * params.turn;
+        let find = facade_directions::Params { tolerance, min_share: 0.0, max_frames: 4 };
+        facade_directions::histogram(votes, &find).iter().map(|f| f.angle).collect()
+    };
+    changes.turned += turn(&mut items, &shared, params);
+    changes.equal_slopes = equal_slopes(&mut items, params);
+    for (plane, item) in planes.planes.iter_mut().zip(&items) {
+        plane.plane = through(item.gradient(), &item.moments);
+    }
+    changes.equal_heights = equal_heights(planes, &items, params);
+    measure(planes, height);
+    changes
+}
+
+fn items(planes: &Planes, height: &Raster<f32>, params: &Params) -> Vec<Item> {
+    let window = height.window();
+    let reach = ((0.4 / window.step).round() as usize).max(1);
+    let position = |p: usize| {
+        let at = window.centre(p % window.width, p / window.width);
+        dvec3(at.x, at.y, f64::from(height.values()[p]))
+    };
+    let labels = planes.labels.values();
+    let moments = interior_moments(labels, window.width, window.height, planes.planes.len(), reach, position);
+    let build = |(plane, moments): (&crate::RoofPlane, Covariance3)| {
+        let fit = moments.height_plane().unwrap_or(plane.plane);
+        let gradient = DVec2::new(fit.a, fit.b);
+        let mut item = Item {
+            moments,
+            area: plane.area,
+            direction: gradient.normalize_or_zero(),
+            slope: gradient.length(),
+            turned: false,
+            limit: 0.0,
+            noise: 0.0,
+        };
+        let free = item.misfit(gradient);
+        item.noise = free.clamp(0.04 * 0.04, 0.16 * 0.16);
+        let explained = params.tolerance * item.noise * params.noise_area / plane.area.max(1.0);
+        let growth = free.sqrt() + params.max_growth;
+        item.limit = (free + explained + 1e-6).min(growth * growth);
+        item
+    };
+    planes.planes.iter().zip(moments).map(build).collect()
+}
+
+fn turn(items: &mut [Item], angles: &[f64], params: &Params) -> usize {
+    let mut turned = 0;
+    for item in items.iter_mut().filter(|i| i.slope > 0.0 && !i.turned) {
+        let azimuth = item.direction.to_angle();
+        let offs = angles.iter().map(|&f| difference(azimuth, f));
+        let Some(off) = offs.min_by(|a, b| a.abs().total_cmp(&b.abs())) else { continue };
+        // The azimuth of a gentle slope is uncertain.
+        let sigma = item.uncertainty(item.direction.perp(), params.noise_area) / item.slope;
+        if off.abs() > params.turn.to_radians().max((2.0 * sigma).min(0.5 * FRAC_PI_2)) {
+            continue;
+        }
+        let direction = DVec2::from_angle(azimuth - off);
+        let (num, den) = item.along(direction);
+        let slope = num / den.max(1e-12);
+        if slope > 0.0 && item.tolerates(direction * slope) {
+            (item.direction, item.slope, item.turned) = (direction, slope, true);
+            turned += 1;
+        }
+    }
+    turned
+}
+
+/// Classes of equal slope: pairs join in the order of how strongly symmetry is expected of them.
+fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
+    let mut pairs: Vec<(u8, f64, usize, usize)> = Vec::new();
+    for i in 0..items.len() {
+        for j in i + 1..items.len() {
+            let (a, b) = (&items[i], &items[j]);
+            if a.slope <= 0.0 || b.slope <= 0.0 {
+                continue;
+            }
+            let between = (a.direction.to_angle() - b.direction.to_angle()).rem_euclid(TAU);
+            let near = |angle: f64| (between - angle).abs() < 0.17 || (between - angle).abs() > TAU - 0.17;
+            let kind = if near(PI) {
+                0
+            } else if near(0.0) {
+                1
+            } else if near(FRAC_PI_2) || near(3.0 * FRAC_PI_2) {
+                2
+            } else {
+                continue;
+            };
+            let off = (a.slope.atan() - b.slope.atan()).abs();
+            let sigma = |x: &Item| x.uncertainty(x.direction, params.noise_area) / (1.0 + x.slope * x.slope);
+            let allowed = params.slope.to_radians().max(2.0 * sigma(a).hypot(sigma(b)).min(0.1));
+            if off <= allowed {
+                pairs.push((kind, off, i, j));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then((a.2, a.3).cmp(&(b.2, b.3))));
+    let mut class: Vec<usize> = (0..items.len()).collect();
+    for (_, _, i, j) in pairs {
+        let (p, q) = (class[i].min(class[j]), class[i].max(class[j]));
+        if p == q {
+            continue;
+        }
+        let members: Vec<usize> = (0..items.len()).filter(|&k| class[k] == p || class[k] == q).collect();
+        let (mut num, mut den) = (0.0, 0.0);
+        for &k in &members {
+            let (n, d) = items[k].along(items[k].direction);
+            // Orthogonal distances of steep planes are smaller than vertical ones.
+            let weight = items[k].area / (1.0 + items[k].slope * items[k].slope);
+            num += weight * n;
+            den += weight * d;
+        }
+        let slope = num / den.max(1e-12);
+        if slope > 0.0 && members.iter().all(|&k| items[k].tolerates(items[k].direction * slope)) {
+            for &k in &members {
+                class[k] = p;
+                items[k].slope = slope;
+            }
+        }
+    }
+    (0..items.len()).filter(|&k| (0..items.len()).any(|l| l != k && class[l] == class[k])).count()
+}
+
+/// Joins level planes to groups of one height, the nearest two groups first, while no member moves by more than
+/// half the tolerance.
+fn equal_heights(planes: &mut Planes, items: &[Item], params: &Params) -> usize {
+    let mut groups: Vec<(f64, f64, Vec<usize>)> = (0..items.len())
+        .filter(|&k| items[k].slope == 0.0)
+        .map(|k| (items[k].moments.centroid().z, items[k].area, vec![k]))
+        .collect();
+    groups.sort_by(|a, b| a.0.total_cmp(&b.0));
+    loop {
+        let gap = |k: usize| groups[k + 1].0 - groups[k].0;
+        let nearest = (0..groups.len().saturating_sub(1)).min_by(|&i, &j| gap(i).total_cmp(&gap(j)));
+        let Some(k) = nearest.filter(|&k| gap(k) < params.height) else { break };
+        let (z, area, members) = groups.remove(k + 1);
+        let group = &mut groups[k];
+        group.0 = (group.0 * group.1 + z * area) / (group.1 + area);
+        group.1 += area;
+        group.2.extend(members);
+    }
+    let mut equal = 0;
+    for (z, _, members) in groups.iter().filter(|g| g.2.len() > 1) {
+        for &k in members {
+            planes.planes[k].plane = Plane::horizontal(*z);
+            equal += 1;
+        }
+    }
+    equal
+}
+
+fn through(gradient: DVec2, moments: &Covariance3) -> Plane {
+    let m = moments.centroid();
+    Plane { a: gradient.x, b: gradient.y, c: m.z - gradient.dot(m.truncate()) }
+}
+
+fn measure(planes: &mut Planes, height: &Raster<f32>) {
+    let window = height.window();
+    let mut sums = vec![0.0; planes.planes.len()];
+    for (p, &label) in planes.labels.values().iter().enumerate() {
+        if label != UNASSIGNED {
+            let at = window.centre(p % window.width, p / window.width);
+            let d = planes.planes[label as usize].plane.distance(at.extend(f64::from(height.values()[p])));
+            sums[label as usize] += d * d;
+        }
+    }
+    for (plane, sum) in planes.planes.iter_mut().zip(sums) {
+        plane.rms = (sum / plane.inliers.max(1) as f64).sqrt();
+    }
+}
