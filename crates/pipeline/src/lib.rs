@@ -5,6 +5,7 @@ pub mod params;
 mod error;
 mod observer;
 pub mod render;
+pub mod report;
 mod run;
 mod summary;
 

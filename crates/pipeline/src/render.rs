@@ -96,7 +96,7 @@ pub struct Light {
 
 impl Default for Light {
     fn default() -> Self {
-        Self { sun: dvec3(-0.55, -0.45, 0.95).normalize(), ambient: 0.5, creases: true }
+        Self { sun: dvec3(-0.75, -0.3, 0.8).normalize(), ambient: 0.56, creases: true }
     }
 }
 
@@ -211,7 +211,7 @@ impl Canvas {
         let facing = normal.dot(light.sun).max(0.0);
         let lit = if facing > 0.0 && self.in_shadow(x, y, f64::from(depth), normal) { 0.0 } else { facing };
         let sky = 0.85 + 0.15 * normal.z;
-        let mut strength = light.ambient * sky + (1.12 - light.ambient) * lit;
+        let mut strength = light.ambient * sky + (1.15 - light.ambient) * lit;
         if light.creases && self.crease(x, y) {
             strength *= 0.72;
         }
