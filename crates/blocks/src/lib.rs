@@ -1,36 +1,20 @@
-//! The block grid, the streaming splitter and the block file.
+#![doc = include_str!("../README.md")]
 
-use gable_geometry::{DVec3, dvec3};
+mod bytes;
+mod clean;
+mod codec;
+mod error;
+mod extent;
+mod file;
+mod grid;
+mod spill;
+mod split;
+mod triangle;
 
-/// Units of the coordinate lattice per metre: corners are stored as whole multiples of 2⁻¹³ m (0.12 mm), so
-/// that a triangle has the same corners in every block that holds it, whatever the grid.
-pub const UNITS_PER_METRE: f64 = 8192.0;
-
-/// One triangle of a block file: corners on the coordinate lattice of the local frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C)]
-pub struct BlockTriangle {
-    /// Corners in units of 2⁻¹³ m from the local origin.
-    pub corners: [[i32; 3]; 3],
-    /// Texture coordinates (u right, v up); zero without a texture.
-    pub uv: [[f32; 2]; 3],
-    /// Index into the scene's materials; `u32::MAX` for none.
-    pub material: u32,
-    /// Vertex colours, sRGB, and 255 as fourth byte where they are given, else 0.
-    pub colours: [[u8; 4]; 3],
-}
-
-impl BlockTriangle {
-    /// Corners in local metres.
-    #[must_use]
-    pub fn positions(&self) -> [DVec3; 3] {
-        self.corners.map(|[x, y, z]| dvec3(f64::from(x), f64::from(y), f64::from(z)) / UNITS_PER_METRE)
-    }
-}
-
-/// The triangles of one block: all that touch its core (the same triangle is in each block that it touches).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BlockMesh {
-    /// Triangle soup, in the order of the input.
-    pub triangles: Vec<BlockTriangle>,
-}
+pub use clean::{CleanReport, clean};
+pub use error::BlocksError;
+pub use extent::Outliers;
+pub use file::{MAGIC, VERSION, read_block, write_block};
+pub use grid::{BlockCore, BlockGrid, GridSpec};
+pub use split::{BlockEntry, SplitOptions, SplitReport, split};
+pub use triangle::{BlockMesh, BlockTriangle, UNITS_PER_METRE};
