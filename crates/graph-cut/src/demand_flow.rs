@@ -29,7 +29,7 @@ pub(crate) trait Supply<C> {
     fn node(&self, node: u32, capacities: &mut [C]) -> C;
 }
 
-/// Not in the tree.
+/// Not in the tree. All marks are at least [`ORPHAN`].
 const FREE: u32 = u32::MAX;
 /// In the tree, with demand of its own left.
 const ROOT: u32 = u32::MAX - 1;
@@ -52,15 +52,18 @@ struct Node<C> {
     active: bool,
 }
 
-/// Boykov & Kolmogorov's augmenting-path algorithm (PAMI 2004, section 3) with two departures:
+/// Boykov & Kolmogorov's algorithm (PAMI 2004, section 3) with three departures:
 ///
-/// 1. Only the sink's trees grow, from the nodes that ask for flow; a path is found as soon as one of them touches a
-///    node that can give. Wherever nothing is asked for, no node is ever visited.
+/// 1. Only the sink's trees grow, from the nodes that ask for flow. Wherever nothing is asked for, no node is ever
+///    visited.
 /// 2. Nodes and their arcs are made when they are first reached, so a flow costs what it explores and not what the
 ///    graph holds. The arrays are reused from flow to flow.
+/// 3. Paths are not augmented one by one. The trees grow by a layer; a node that can give flow joins them like any other;
+///    then what all of them hold goes down towards the roots, the farthest first, so that a tree arc is written once
+///    for all the flow above it. Where hundreds of nodes give a little to one root this halves the time.
 ///
 /// Ends with the smallest sink side among all minimum cuts. All capacities are integers, so the cut's cost equals the
-/// flow exactly.
+/// flow exactly. At worst as slow as the original; on the moves of an expansion near linear in the nodes reached.
 pub(crate) struct DemandFlow<T, C> {
     topology: T,
     nodes: Vec<Node<C>>,
@@ -68,6 +71,9 @@ pub(crate) struct DemandFlow<T, C> {
     reached: Vec<u32>,
     queue: VecDeque<u32>,
     orphans: VecDeque<u32>,
+    /// Tree nodes that hold flow, by distance from the root, and the number of layers in use.
+    layers: Vec<Vec<u32>>,
+    highest: usize,
     flow: u32,
     time: u32,
 }
@@ -81,6 +87,8 @@ impl<T: Topology, C: Capacity> DemandFlow<T, C> {
             reached: Vec::new(),
             queue: VecDeque::new(),
             orphans: VecDeque::new(),
+            layers: Vec::new(),
+            highest: 0,
             flow: 0,
             time: 0,
             topology,
@@ -136,45 +144,54 @@ impl<T: Topology, C: Capacity> DemandFlow<T, C> {
         }
     }
 
-    /// Satisfies as much demand as possible, from the nodes [reached](Self::reach) so far; gives the flow pushed along
-    /// arcs between nodes.
+    /// Satisfies as much demand as possible, from the nodes [reached](Self::reach) so far; gives the flow that arrived.
     pub(crate) fn run(&mut self, supply: &impl Supply<C>) -> i64 {
-        let zero = C::default();
-        let mut pushed = 0_i64;
-        while let Some(node) = self.queue.pop_front() {
-            self.nodes[node as usize].active = false;
-            for arc in self.topology.leaving(node) {
-                if self.nodes[node as usize].parent == FREE {
-                    break;
-                }
-                let head = self.topology.head(node, arc);
-                self.reach(head, supply);
-                let back = self.topology.sister(arc, head);
-                while self.residual[back as usize] > zero
-                    && self.nodes[head as usize].balance > zero
-                    && self.nodes[node as usize].parent != FREE
-                {
-                    pushed += self.augment(head, back, node).into();
-                    self.adopt_orphans();
-                }
-                if self.residual[back as usize] <= zero || self.nodes[node as usize].parent == FREE {
-                    continue;
-                }
-                let Node { time, distance, .. } = self.nodes[node as usize];
-                let other = &mut self.nodes[head as usize];
-                if other.parent == FREE {
-                    other.parent = back;
-                    other.time = time;
-                    other.distance = distance + 1;
-                    self.activate(head);
-                } else if other.parent != ROOT && other.time <= time && other.distance > distance + 1 {
-                    other.parent = back;
-                    other.time = time;
-                    other.distance = distance + 1;
+        let mut arrived = 0;
+        while !self.queue.is_empty() {
+            // One layer of the trees, then all flow that it found goes down to the roots together.
+            for _ in 0..self.queue.len() {
+                if let Some(node) = self.queue.pop_front() {
+                    self.nodes[node as usize].active = false;
+                    self.grow(node, supply);
                 }
             }
+            while self.highest > 0 {
+                arrived += self.drain();
+                self.adopt_orphans();
+            }
         }
-        pushed
+        arrived
+    }
+
+    /// Takes all neighbours of a tree node that can send flow to it into the tree.
+    fn grow(&mut self, node: u32, supply: &impl Supply<C>) {
+        let zero = C::default();
+        let Node { time, distance, parent, .. } = self.nodes[node as usize];
+        if parent == FREE {
+            return;
+        }
+        for arc in self.topology.leaving(node) {
+            let head = self.topology.head(node, arc);
+            self.reach(head, supply);
+            let back = self.topology.sister(arc, head);
+            if self.residual[back as usize] <= zero {
+                continue;
+            }
+            let other = &mut self.nodes[head as usize];
+            if other.parent == FREE {
+                other.parent = back;
+                other.time = time;
+                other.distance = distance + 1;
+                if other.balance > zero {
+                    self.enqueue_drain(head, distance + 1);
+                }
+                self.activate(head);
+            } else if other.parent != ROOT && other.time <= time && other.distance > distance + 1 {
+                other.parent = back;
+                other.time = time;
+                other.distance = distance + 1;
+            }
+        }
     }
 
     fn activate(&mut self, node: u32) {
@@ -185,45 +202,53 @@ impl<T: Topology, C: Capacity> DemandFlow<T, C> {
         }
     }
 
-    /// Pushes from `giver` over its arc `first` to the tree node `entry` and on to the root.
-    fn augment(&mut self, giver: u32, first: u32, entry: u32) -> C {
-        let zero = C::default();
-        let mut amount = self.nodes[giver as usize].balance.min(self.residual[first as usize]);
-        let mut node = entry;
-        loop {
-            let parent = self.nodes[node as usize].parent;
-            if parent == ROOT {
-                amount = amount.min(-self.nodes[node as usize].balance);
-                break;
-            }
-            amount = amount.min(self.residual[parent as usize]);
-            node = self.topology.head(node, parent);
+    fn enqueue_drain(&mut self, node: u32, distance: u32) {
+        let layer = distance as usize;
+        if self.layers.len() <= layer {
+            self.layers.resize_with(layer + 1, Vec::new);
         }
-        self.nodes[giver as usize].balance -= amount;
-        self.residual[first as usize] -= amount;
-        self.residual[self.topology.sister(first, entry) as usize] += amount;
-        node = entry;
-        loop {
-            let parent = self.nodes[node as usize].parent;
-            if parent == ROOT {
-                let root = &mut self.nodes[node as usize];
-                root.balance += amount;
-                if root.balance == zero {
-                    root.parent = ORPHAN;
-                    self.orphans.push_back(node);
-                }
-                break;
+        self.layers[layer].push(node);
+        self.highest = self.highest.max(layer + 1);
+    }
+
+    /// Pushes what tree nodes hold towards the roots, the farthest first, so that flows that meet go on as one. A node
+    /// whose arc to its parent is full, and a root that has got all it asked for, become orphans.
+    fn drain(&mut self) -> i64 {
+        let zero = C::default();
+        let mut arrived = 0;
+        while self.highest > 0 {
+            let Some(node) = self.layers[self.highest - 1].pop() else {
+                self.highest -= 1;
+                continue;
+            };
+            let Node { balance, parent, .. } = self.nodes[node as usize];
+            if balance <= zero || parent >= ORPHAN {
+                continue;
             }
             let next = self.topology.head(node, parent);
+            let amount = balance.min(self.residual[parent as usize]);
+            self.nodes[node as usize].balance -= amount;
             self.residual[parent as usize] -= amount;
             self.residual[self.topology.sister(parent, next) as usize] += amount;
             if self.residual[parent as usize] == zero {
                 self.nodes[node as usize].parent = ORPHAN;
-                self.orphans.push_front(node);
+                self.orphans.push_back(node);
             }
-            node = next;
+            let target = &mut self.nodes[next as usize];
+            let before = target.balance;
+            target.balance += amount;
+            if target.parent == ROOT {
+                arrived += amount.min(-before).into();
+                if target.balance >= zero {
+                    target.parent = ORPHAN;
+                    self.orphans.push_back(next);
+                }
+            } else if before <= zero {
+                let distance = target.distance;
+                self.enqueue_drain(next, distance);
+            }
         }
-        amount
+        arrived
     }
 
     fn adopt_orphans(&mut self) {
@@ -260,6 +285,9 @@ impl<T: Topology, C: Capacity> DemandFlow<T, C> {
             n.parent = best;
             n.time = self.time;
             n.distance = best_distance + 1;
+            if n.balance > zero {
+                self.enqueue_drain(orphan, best_distance + 1);
+            }
             return;
         }
         self.nodes[orphan as usize].parent = FREE;

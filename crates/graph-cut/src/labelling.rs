@@ -39,14 +39,21 @@ impl<'a, F: Field, L: Label> Labelling<'a, F, L> {
             topology,
         };
         for node in range {
-            out.refresh(node as u32);
+            out.refresh_cost(node);
+            out.refresh_border(node as u32);
         }
         out.report.start_energy = out.energy();
         Ok(out)
     }
 
-    /// Brings `border` and `costly` of a node up to date.
-    fn refresh(&mut self, node: u32) {
+    /// Brings `costly` of a node up to date.
+    fn refresh_cost(&mut self, node: usize) {
+        let cost = self.field.cost(node, self.labels[node].into());
+        self.costly[node] = (0..self.field.labels()).any(|l| self.field.cost(node, l) < cost);
+    }
+
+    /// Brings `border` of a node up to date.
+    fn refresh_border(&mut self, node: u32) {
         let own = self.labels[node as usize];
         let mut sum = F::Capacity::default();
         for arc in self.topology.leaving(node) {
@@ -56,8 +63,6 @@ impl<'a, F: Field, L: Label> Labelling<'a, F, L> {
             }
         }
         self.border[node as usize] = sum;
-        let cost = self.field.cost(node as usize, own.into());
-        self.costly[node as usize] = (0..self.field.labels()).any(|l| self.field.cost(node as usize, l) < cost);
     }
 
     /// Energy in f64, each edge once.
@@ -94,10 +99,11 @@ impl<'a, F: Field, L: Label> Labelling<'a, F, L> {
             self.labels[node as usize] = target(self.labels[node as usize]);
         }
         for &node in changed {
-            self.refresh(node);
+            self.refresh_cost(node as usize);
+            self.refresh_border(node);
             for arc in self.topology.leaving(node) {
                 if self.field.half(node, arc) != F::Capacity::default() {
-                    self.refresh(self.topology.head(node, arc));
+                    self.refresh_border(self.topology.head(node, arc));
                 }
             }
         }

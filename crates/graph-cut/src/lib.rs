@@ -1,5 +1,4 @@
-//! Maximum flow (Boykov & Kolmogorov 2004) and moves on Markov random fields with Potts interaction
-//! (Boykov, Veksler & Zabih 2001), on grids and on general graphs.
+#![doc = include_str!("../README.md")]
 
 mod demand_flow;
 mod error;
@@ -11,6 +10,7 @@ mod potts;
 mod report;
 mod swap;
 mod topology;
+mod two_trees;
 
 pub use error::Error;
 pub use expand::{expand, expand_grid};

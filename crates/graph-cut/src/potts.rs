@@ -155,9 +155,9 @@ impl Field for GridField<'_> {
         let width = self.problem.width;
         let at = node as usize - width;
         f64::from(match arc & 3 {
-            0 if (at + 1) % width != 0 => self.problem.right[at],
-            1 if at % width != 0 => self.problem.right[at - 1],
-            2 if at + width < self.problem.width * self.problem.height => self.problem.up[at],
+            0 if !(at + 1).is_multiple_of(width) => self.problem.right[at],
+            1 if !at.is_multiple_of(width) => self.problem.right[at - 1],
+            2 if at + width < width * self.problem.height => self.problem.up[at],
             3 if at >= width => self.problem.up[at - width],
             _ => 0.0,
         })
