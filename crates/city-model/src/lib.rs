@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod citygml;
 mod cityjson;
 mod error;
 mod model;
@@ -10,6 +11,7 @@ mod shell;
 mod triangulate;
 pub mod validate;
 
+pub use citygml::{GmlWriter, read_citygml, write_citygml, write_citygml_file};
 pub use cityjson::{Header, SeqWriter, read_cityjson, read_cityjson_str, write_cityjson, write_cityjson_file};
 pub use error::{Error, Note, ReadOptions, Reading};
 pub use model::{Attributes, Building, CityModel, Face, Lods, Semantic, Shell, Terrain, Value};

@@ -10,3 +10,7 @@ mod write;
 pub use read::{read_cityjson, read_cityjson_str};
 pub use sequence::SeqWriter;
 pub use write::{Header, write_cityjson, write_cityjson_file};
+
+pub(crate) use objects::{part_id, semantic_name};
+pub(crate) use read::merge;
+pub(crate) use schema::clean;

@@ -322,7 +322,7 @@ impl<'a> City<'a> {
 }
 
 /// Adds the faces of one shell to another.
-fn merge(to: &mut Shell, from: Shell) {
+pub(crate) fn merge(to: &mut Shell, from: Shell) {
     let shift = to.vertices.len() as u32;
     to.vertices.extend(from.vertices);
     to.faces.extend(from.faces.into_iter().map(|mut face| {

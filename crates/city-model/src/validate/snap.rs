@@ -14,7 +14,9 @@ pub(super) struct Snapped {
 }
 
 impl Snapped {
-    /// Unites vertices in their order: a vertex joins the first earlier point within `tolerance`, or founds one.
+    /// Unites vertices in their order: a vertex joins the first earlier point closer than `tolerance`, or founds one.
+    /// Points a millionth below the tolerance count as that far apart, so that neighbours on a lattice of the
+    /// tolerance's step stay two, whatever the rounding of their coordinates.
     /// O(n) with a grid of cells as wide as the tolerance.
     pub(super) fn new(shell: &Shell, tolerance: f64) -> Result<Self, Issue> {
         if shell.faces.is_empty() {
@@ -41,6 +43,7 @@ fn unite(vertices: &[DVec3], tolerance: f64) -> (Vec<DVec3>, Vec<u32>) {
     let mut points: Vec<DVec3> = Vec::with_capacity(vertices.len());
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(vertices.len());
     let exact = tolerance <= 0.0;
+    let reach2 = (tolerance * (1.0 - 1e-6)).powi(2);
     let mut map = Vec::with_capacity(vertices.len());
     for &v in vertices {
         let cell = if exact {
@@ -56,7 +59,8 @@ fn unite(vertices: &[DVec3], tolerance: f64) -> (Vec<DVec3>, Vec<u32>) {
                 for dz in reach.clone() {
                     let key = [cell[0].wrapping_add(dx), cell[1].wrapping_add(dy), cell[2].wrapping_add(dz)];
                     for &i in cells.get(&key).into_iter().flatten() {
-                        if points[i as usize].distance(v) <= tolerance.max(0.0) && found.is_none_or(|f| i < f) {
+                        let same = exact || points[i as usize].distance_squared(v) < reach2;
+                        if same && found.is_none_or(|f| i < f) {
                             found = Some(i);
                         }
                     }
@@ -87,7 +91,7 @@ mod tests {
             let (points, map) = unite(&vertices, 0.001);
             let mut expected: Vec<DVec3> = Vec::new();
             for (v, &m) in vertices.iter().zip(&map) {
-                let i = expected.iter().position(|p| p.distance(*v) <= 0.001).unwrap_or(expected.len());
+                let i = expected.iter().position(|p| p.distance(*v) < 0.000_999_999).unwrap_or(expected.len());
                 if i == expected.len() {
                     expected.push(*v);
                 }
