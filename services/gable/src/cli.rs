@@ -48,6 +48,8 @@ pub(crate) struct GlobalArgs {
 pub(crate) enum Command {
     /// Turn a city mesh into a city model
     Run(RunArgs),
+    /// Make a city mesh with known truth, with the defects of photogrammetry
+    Synth(SynthArgs),
     /// List every parameter with unit, default and range
     Params(ParamsArgs),
 }
@@ -57,6 +59,7 @@ impl Command {
     pub(crate) fn json(&self) -> bool {
         match self {
             Self::Run(args) => args.json,
+            Self::Synth(args) => args.json,
             Self::Params(args) => args.json,
         }
     }
@@ -132,6 +135,62 @@ pub(crate) struct ParamArgs {
     /// Memory to stay under, MB
     #[arg(long, value_name = "MB")]
     pub(crate) memory: Option<String>,
+}
+
+const SYNTH_HELP: &str = "\
+Examples:
+  gable synth --procedural --seed 1 --area 0.05 --out city
+  gable synth --truth delft.city.jsonl --out delft --density 7.5 --slope 0.05
+  gable synth --truth delft.city.jsonl --repeat 3 --out large
+  gable synth --case cross-gable --noise 0 --out case
+
+DIR gets mesh/ (OBJ tiles with textures and metadata.xml) and truth/ (models, labels, terrain, trees).
+The same arguments give the same bytes.";
+
+/// Arguments of `gable synth`.
+#[derive(Debug, Args)]
+#[command(after_help = SYNTH_HELP)]
+#[command(group(clap::ArgGroup::new("source").required(true).args(["procedural", "truth", "case"])))]
+pub(crate) struct SynthArgs {
+    /// A town of procedural houses
+    #[arg(long)]
+    pub(crate) procedural: bool,
+    /// Buildings of a CityJSON or CityJSONSeq file with LOD2 solids
+    #[arg(long, value_name = "FILE")]
+    pub(crate) truth: Option<PathBuf>,
+    /// One small scene with a roof of a certain kind, such as hip or l-shape
+    #[arg(long, value_name = "NAME")]
+    pub(crate) case: Option<String>,
+    /// Folder for the mesh and its truth
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Seed of everything that is drawn
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Area of a procedural town, km²
+    #[arg(long, value_name = "KM2", default_value_t = 0.05)]
+    pub(crate) area: f64,
+    /// Copies of the truth in each direction, each turned or mirrored
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) repeat: u32,
+    /// Faces for each m² of ground
+    #[arg(long, value_name = "N", default_value_t = 7.5)]
+    pub(crate) density: f64,
+    /// Slope of the ground, metres per metre
+    #[arg(long, value_name = "S", default_value_t = 0.05)]
+    pub(crate) slope: f64,
+    /// Strength of the defects: 0 none, 1 as measured on a real mesh
+    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    pub(crate) noise: f64,
+    /// Edge of a mesh tile, metres
+    #[arg(long, value_name = "M", default_value_t = 80.0)]
+    pub(crate) tile_size: f64,
+    /// Write no textures
+    #[arg(long)]
+    pub(crate) no_texture: bool,
+    /// Print what was made as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 const PARAMS_HELP: &str = "\

@@ -4,6 +4,7 @@
 
 use crate::terminal;
 use gable_pipeline::{ErrorKind, ParamError, PipelineError};
+use gable_synthetic_city::SynthError;
 use std::process::ExitCode;
 
 /// What a command that did not fail has done.
@@ -22,7 +23,10 @@ pub(crate) struct UsageError(pub(crate) String);
 
 /// The exit code of an error.
 fn number(error: &anyhow::Error) -> u8 {
-    let bad_input = error.is::<ParamError>() || error.is::<UsageError>();
+    let bad_input = error.is::<ParamError>()
+        || error.is::<UsageError>()
+        || error.is::<gable_city_model::Error>()
+        || matches!(error.downcast_ref(), Some(SynthError::Parameter { .. } | SynthError::EmptyTruth));
     match error.downcast_ref::<PipelineError>().map(PipelineError::kind) {
         Some(ErrorKind::Input) => 2,
         Some(ErrorKind::Cancelled) => 130,

@@ -26,7 +26,7 @@ enum Shown {
 }
 
 struct State {
-    stage: Option<Stage>,
+    label: Option<String>,
     began: Instant,
     told: Instant,
     total: usize,
@@ -43,15 +43,15 @@ impl Progress {
             (false, true) => Shown::Bar(terminal::BARS.add(bar())),
         };
         let now = Instant::now();
-        let state = State { stage: None, began: now, told: now, total: 0, done: 0, warnings: BTreeMap::new() };
+        let state = State { label: None, began: now, told: now, total: 0, done: 0, warnings: BTreeMap::new() };
         Self { shown, state: Mutex::new(state) }
     }
 
     /// Takes the bar away and tells what was only counted.
     pub(crate) fn finish(&self) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        self.close_stage(&state);
-        state.stage = None;
+        self.close(&state);
+        state.label = None;
         if let Shown::Bar(bar) = &self.shown {
             bar.finish_and_clear();
         }
@@ -62,47 +62,39 @@ impl Progress {
         }
     }
 
-    /// One line for a stage that has ended.
-    fn close_stage(&self, state: &State) {
-        let (Some(stage), false) = (state.stage, matches!(self.shown, Shown::Nothing)) else { return };
-        let seconds = state.began.elapsed().as_secs_f64();
-        terminal::stderr_line(&format!("{stage:>8}  {}/{}  {seconds:.1} s", state.done, state.total));
-    }
-}
-
-impl Observer for Progress {
-    fn stage(&self, stage: Stage, total: usize) {
+    /// Work begins that has `total` units.
+    pub(crate) fn begin(&self, label: &str, total: usize) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        self.close_stage(&state);
+        self.close(&state);
         let now = Instant::now();
-        (state.stage, state.began, state.told) = (Some(stage), now, now);
+        (state.label, state.began, state.told) = (Some(label.to_owned()), now, now);
         (state.total, state.done) = (total, 0);
         if let Shown::Bar(bar) = &self.shown {
-            let position = 1 + stage as usize;
             bar.reset();
             bar.set_length(total as u64);
-            bar.set_prefix(format!("{position}/{} {stage:>8}", Stage::ALL.len()));
+            bar.set_prefix(label.to_owned());
             bar.set_message("");
         }
     }
 
-    fn done(&self, stage: Stage, block: &str) {
+    /// A unit of the work under `label` is done. Late news of earlier work is ignored.
+    pub(crate) fn step(&self, label: &str, unit: &str) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if state.stage != Some(stage) {
+        if state.label.as_deref() != Some(label) {
             return;
         }
         state.done += 1;
         match &self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => {
-                bar.set_message(block.to_owned());
+                bar.set_message(unit.to_owned());
                 bar.set_position(state.done as u64);
             }
             Shown::Lines => {
                 if state.told.elapsed() >= PACE && state.done < state.total {
                     state.told = Instant::now();
                     terminal::stderr_line(&format!(
-                        "{stage:>8}  {}/{}  {block}  {} left",
+                        "{label:>12}  {}/{}  {unit}  {} left",
                         state.done,
                         state.total,
                         time_left(state.began.elapsed(), state.done, state.total)
@@ -110,6 +102,28 @@ impl Observer for Progress {
                 }
             }
         }
+    }
+
+    /// One line for work that has ended.
+    fn close(&self, state: &State) {
+        let (Some(label), false) = (&state.label, matches!(self.shown, Shown::Nothing)) else { return };
+        let seconds = state.began.elapsed().as_secs_f64();
+        terminal::stderr_line(&format!("{label:>12}  {}/{}  {seconds:.1} s", state.done, state.total));
+    }
+}
+
+/// The label of a stage: its place among all, and its name.
+fn label(stage: Stage) -> String {
+    format!("{}/{} {:>8}", 1 + stage as usize, Stage::ALL.len(), stage.name())
+}
+
+impl Observer for Progress {
+    fn stage(&self, stage: Stage, total: usize) {
+        self.begin(&label(stage), total);
+    }
+
+    fn done(&self, stage: Stage, block: &str) {
+        self.step(&label(stage), block);
     }
 
     fn warning(&self, text: &str) {
@@ -128,7 +142,7 @@ impl Observer for Progress {
 
 /// A bar with stage, units and time left.
 fn bar() -> ProgressBar {
-    let template = "{prefix:>14} [{bar:30}] {pos}/{len}  {eta} left  {wide_msg}";
+    let template = "{prefix:>12} [{bar:30}] {pos}/{len}  {eta} left  {wide_msg}";
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(0).with_style(style.progress_chars("=> "));
     bar.enable_steady_tick(Duration::from_millis(250));

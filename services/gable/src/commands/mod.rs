@@ -2,6 +2,7 @@
 
 mod params;
 mod run;
+mod synth;
 
 use crate::cli::{Cli, Command, ParamArgs};
 use crate::exit::{Outcome, UsageError};
@@ -12,6 +13,7 @@ use gable_pipeline::Params;
 pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
         Command::Run(args) => run::run(args, cli.global.quiet),
+        Command::Synth(args) => synth::run(args, cli.global.quiet),
         Command::Params(args) => params::run(args),
     }
 }

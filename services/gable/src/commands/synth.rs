@@ -1,0 +1,116 @@
+//! `gable synth`: a city mesh with known truth.
+
+use crate::cli::SynthArgs;
+use crate::exit::{Outcome, UsageError};
+use crate::progress::Progress;
+use crate::{table, terminal};
+use gable_synthetic_city::{RoofCase, Source, SynthParams, SynthReport, synthesise};
+use serde_json::json;
+use std::path::Path;
+
+/// Makes a city.
+pub(crate) fn run(args: &SynthArgs, quiet: bool) -> anyhow::Result<Outcome> {
+    let mut params = SynthParams {
+        seed: args.seed,
+        source: source(args)?,
+        density: args.density,
+        slope: args.slope,
+        texture: !args.no_texture,
+        noise: args.noise,
+        tile_size: args.tile_size,
+        ..SynthParams::default()
+    };
+    if let Source::Truth { model, .. } = &params.source {
+        (params.origin, params.crs) = (model.origin, model.crs.clone());
+    }
+    let report = observed(&params, &args.out, quiet)?;
+    if args.json {
+        terminal::json(&as_json(&report));
+    } else {
+        terminal::stdout(&text(&report, &args.out));
+    }
+    Ok(Outcome::Success)
+}
+
+/// Makes a city with progress at the terminal.
+pub(crate) fn observed(params: &SynthParams, out: &Path, quiet: bool) -> anyhow::Result<SynthReport> {
+    let progress = Progress::new(quiet);
+    let begun = std::sync::Once::new();
+    let result = synthesise(params, out, &|tile| {
+        begun.call_once(|| progress.begin("synth", tile.total));
+        progress.step("synth", "");
+    });
+    progress.finish();
+    Ok(result?)
+}
+
+/// What the city is made from.
+fn source(args: &SynthArgs) -> anyhow::Result<Source> {
+    if let Some(path) = &args.truth {
+        let reading = gable_city_model::read_cityjson(path, &gable_city_model::ReadOptions::default())?;
+        for note in &reading.notes {
+            tracing::info!("{}: {note}", path.display());
+        }
+        return Ok(Source::Truth { model: Box::new(reading.model), repeat: args.repeat });
+    }
+    if let Some(name) = &args.case {
+        let Some(case) = RoofCase::ALL.into_iter().find(|case| case_name(*case) == *name) else {
+            let names: Vec<_> = RoofCase::ALL.into_iter().map(case_name).collect();
+            return Err(UsageError(format!("there is no case {name:?}: the cases are {}", names.join(", "))).into());
+        };
+        return Ok(Source::Case(case));
+    }
+    Ok(Source::Procedural { area_km2: args.area })
+}
+
+/// The name of a case at the command line: its words in lower case, joined by hyphens.
+fn case_name(case: RoofCase) -> String {
+    let mut name = String::new();
+    for letter in format!("{case:?}").chars() {
+        if letter.is_ascii_uppercase() && !name.is_empty() {
+            name.push('-');
+        }
+        name.push(letter.to_ascii_lowercase());
+    }
+    name
+}
+
+/// What was made, as JSON.
+fn as_json(report: &SynthReport) -> serde_json::Value {
+    json!({
+        "tiles": report.tiles,
+        "faces": report.faces,
+        "vertices": report.vertices,
+        "buildings": report.buildings,
+        "roof_faces": report.roof_faces,
+        "trees": report.trees,
+        "area_m2": report.area,
+        "bytes": report.bytes,
+    })
+}
+
+fn text(report: &SynthReport, out: &Path) -> String {
+    let rows = [
+        ("city", String::new()),
+        ("tiles", report.tiles.to_string()),
+        ("faces", report.faces.to_string()),
+        ("buildings", report.buildings.to_string()),
+        ("roof faces", report.roof_faces.to_string()),
+        ("trees", report.trees.to_string()),
+        ("area", format!("{:.4} km²", report.area / 1e6)),
+        ("size", format!("{:.1} MB", report.bytes as f64 / 1e6)),
+    ];
+    let rows: Vec<_> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+    table::render(&rows) + &format!("mesh:  {}\ntruth: {}\n", out.join("mesh").display(), out.join("truth").display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_have_plain_names() {
+        assert_eq!(case_name(RoofCase::Gable), "gable");
+        assert_eq!(case_name(RoofCase::FlatParapet), "flat-parapet");
+    }
+}
