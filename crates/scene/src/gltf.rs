@@ -1,16 +1,313 @@
-//! Being written.
-use crate::counts::Warnings;
-use crate::error::SceneError;
-use crate::material::Material;
-use crate::sink::{Halt, Placement, Sink};
+//! GLB and glTF 2.0 files (Khronos): the triangles of the default scene, its nodes' transforms applied.
+
+use crate::counts::{WarningKind, Warnings};
+use crate::error::{Place, SceneError};
+use crate::glb::Container;
+use crate::material::{GREY, Material, TextureSource};
+use crate::sink::{Corner, Halt, Placement, Sink};
+use crate::texture;
+use crate::transform::Transform;
+use crate::triangle::Triangle;
+use crate::uri::Target;
+use gable_geometry::DVec3;
+use gltf::accessor::{DataType, Dimensions};
+use gltf::mesh::Mode;
+use gltf::{Accessor, Primitive, Semantic};
 use std::path::Path;
 
-pub(crate) fn read_materials(path: &Path, _: &mut Warnings) -> Result<Vec<Material>, SceneError> {
-    Err(SceneError::Unsupported { path: path.to_owned(), what: "not read yet".to_owned() })
+/// A material for each of the file's, in its order.
+pub(crate) fn read_materials(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
+    let container = Container::open(path)?;
+    let mut materials = Vec::new();
+    for source in container.document.materials() {
+        let surface = source.pbr_metallic_roughness();
+        let [r, g, b, _] = surface.base_color_factor();
+        let name = source.name().unwrap_or_default().to_owned();
+        let mut material = Material { name, texture: None, colour: [r, g, b].map(srgb) };
+        let texture = surface.base_color_texture().or_else(|| source.emissive_texture());
+        if let Some(texture) = texture {
+            material.colour = GREY;
+            let image = texture.texture().source().map(|image| image.index());
+            let found = image.ok_or_else(|| "its image is of a type that is not read".to_owned());
+            match found.and_then(|image| image_source(&container, image)) {
+                Ok(source) => material.texture = Some(source),
+                Err(why) => {
+                    let place = || format!("{}: material {:?}: {why}", path.display(), material.name);
+                    warnings.add(WarningKind::MissingTexture, place);
+                }
+            }
+        }
+        materials.push(material);
+    }
+    Ok(materials)
 }
-pub(crate) fn stream(path: &Path, _: u32, _: Placement, _: &mut Sink<'_>) -> Result<(), Halt> {
-    Err(SceneError::Unsupported { path: path.to_owned(), what: "not read yet".to_owned() }.into())
+
+/// Where an image is, if it is there and of a type that is read.
+fn image_source(container: &Container, index: usize) -> Result<TextureSource, String> {
+    let embedded = TextureSource::Embedded { file: container.path.clone(), image: index };
+    let start = match image_target(container, index, 16).map_err(|e| e.to_string())? {
+        Target::File(file) => {
+            texture::image_type(&file)?;
+            return Ok(TextureSource::File(file));
+        }
+        Target::Bytes(bytes) => bytes,
+    };
+    texture::format(&start).map(|_| embedded)
 }
-pub(crate) fn image_bytes(path: &Path, _: usize) -> Result<Vec<u8>, SceneError> {
-    Err(SceneError::Unsupported { path: path.to_owned(), what: "not read yet".to_owned() })
+
+/// The file of an image, or its bytes: at most `most` of them where they are in a buffer.
+fn image_target(container: &Container, index: usize, most: u64) -> Result<Target, SceneError> {
+    let image = container.document.as_json().images.get(index);
+    let image = image.ok_or_else(|| container.fault("an image that is named is not there"))?;
+    match (&image.buffer_view, &image.uri) {
+        (Some(view), _) => {
+            let view = container.document.views().nth(view.value());
+            let view = view.ok_or_else(|| container.fault("an image's buffer view is not there"))?;
+            container.read_view(&view, most).map(Target::Bytes)
+        }
+        (None, Some(uri)) => container.resolve(uri),
+        (None, None) => Err(container.fault("an image has neither a URI nor a buffer view")),
+    }
+}
+
+/// The bytes of an image inside a file.
+pub(crate) fn image_bytes(path: &Path, index: usize) -> Result<Vec<u8>, SceneError> {
+    match image_target(&Container::open(path)?, index, u64::MAX)? {
+        Target::Bytes(bytes) => Ok(bytes),
+        Target::File(file) => std::fs::read(&file).map_err(|e| SceneError::read(&file, e)),
+    }
+}
+
+/// A linear channel in sRGB (IEC 61966-2-1), as a byte.
+fn srgb(linear: f32) -> u8 {
+    let c = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (c.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+/// Streams one file: primitive by primitive, each in memory while it is read.
+pub(crate) fn stream(path: &Path, first: u32, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    let container = Container::open(path)?;
+    let document = &container.document;
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let mut open: Vec<(usize, Transform)> = match scene {
+        Some(scene) => scene.nodes().map(|node| (node.index(), Transform::IDENTITY)).collect(),
+        None => {
+            let mut is_child = vec![false; document.nodes().len()];
+            for child in document.nodes().flat_map(|node| node.children().collect::<Vec<_>>()) {
+                is_child[child.index()] = true;
+            }
+            let roots = document.nodes().filter(|node| !is_child[node.index()]);
+            roots.map(|node| (node.index(), Transform::IDENTITY)).collect()
+        }
+    };
+    open.reverse();
+    let nodes: Vec<_> = document.nodes().collect();
+    let mut seen = vec![false; nodes.len()];
+    while let Some((index, above)) = open.pop() {
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(container.fault(&format!("node {index} hangs under two nodes or under itself")).into());
+        }
+        let node = &nodes[index];
+        let transform = above.then(&node.transform().matrix());
+        let children: Vec<_> = node.children().map(|child| (child.index(), transform)).collect();
+        open.extend(children.into_iter().rev());
+        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+            stream_primitive(&container, &primitive, first, &transform, placement, sink)?;
+        }
+    }
+    Ok(())
+}
+
+fn stream_primitive(
+    container: &Container,
+    primitive: &Primitive<'_>,
+    first: u32,
+    transform: &Transform,
+    placement: Placement,
+    sink: &mut Sink<'_>,
+) -> Result<(), Halt> {
+    let path = container.path.as_path();
+    if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        sink.counts.warnings.add(WarningKind::IgnoredStatement, || format!("{}: points or lines", path.display()));
+        return Ok(());
+    }
+    let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
+    let place = Place::Byte(positions.view().map_or(0, |view| view.offset() as u64));
+    let positions = Numbers::read(container, &positions, Dimensions::Vec3, &[DataType::F32])?;
+    let count = positions.count;
+    let surface = primitive.material().pbr_metallic_roughness();
+    let info = surface.base_color_texture().or_else(|| primitive.material().emissive_texture());
+    let shift = info.as_ref().and_then(gltf::texture::Info::texture_transform);
+    let set = info.as_ref().map_or(0, gltf::texture::Info::tex_coord);
+    let set = shift.as_ref().and_then(gltf::texture::TextureTransform::tex_coord).unwrap_or(set);
+    let uvs = match primitive.get(&Semantic::TexCoords(set)) {
+        Some(uvs) => {
+            Some(Numbers::read(container, &uvs, Dimensions::Vec2, &[DataType::F32, DataType::U8, DataType::U16])?)
+        }
+        None => None,
+    };
+    let colours = match primitive.get(&Semantic::Colors(0)) {
+        Some(colours) => {
+            let wanted = if colours.dimensions() == Dimensions::Vec4 { Dimensions::Vec4 } else { Dimensions::Vec3 };
+            Some(Numbers::read(container, &colours, wanted, &[DataType::F32, DataType::U8, DataType::U16])?)
+        }
+        None => None,
+    };
+    let mut corners = Vec::with_capacity(count);
+    for at in 0..count {
+        let [x, y, z] = positions.get(at).map(f64::from);
+        let position = placement.apply(transform.apply(DVec3::new(x, y, z)));
+        if !position.is_finite() {
+            let value = format!("({x}, {y}, {z}) in the vertices of a mesh");
+            return Err(SceneError::NotFinite { path: path.to_owned(), place, value }.into());
+        }
+        let uv = uvs.as_ref().filter(|uvs| at < uvs.count).map_or(Corner::NO_UV, |uvs| {
+            let [u, v] = uvs.get(at);
+            let (u, v) = shift.as_ref().map_or((u, v), |shift| {
+                let ([su, sv], [ou, ov]) = (shift.scale(), shift.offset());
+                let (sin, cos) = shift.rotation().sin_cos();
+                (cos * u * su + sin * v * sv + ou, cos * v * sv - sin * u * su + ov)
+            });
+            // glTF's v runs down from the top of the image.
+            let uv = [u, 1.0 - v];
+            if uv.iter().all(|c| c.is_finite()) { uv } else { Corner::NO_UV }
+        });
+        let colour = colours.as_ref().filter(|colours| at < colours.count).map_or([0; 4], |colours| {
+            let [r, g, b] = colours.get(at).map(srgb);
+            [r, g, b, 255]
+        });
+        corners.push(Corner { position, colour, uv });
+    }
+    sink.counts.vertices += count as u64;
+
+    let indices = match primitive.indices() {
+        Some(indices) => Some(Indices::read(container, &indices)?),
+        None => None,
+    };
+    let length = indices.as_ref().map_or(count, |indices| indices.count);
+    let corner = |at: usize| {
+        let index = indices.as_ref().map_or(at as u32, |indices| indices.get(at));
+        corners.get(index as usize).copied().ok_or_else(|| SceneError::IndexOutOfRange {
+            path: path.to_owned(),
+            place: indices.as_ref().map_or(place, |indices| Place::Byte(indices.offset)),
+            kind: "vertex",
+            index: i64::from(index),
+            count: count as u64,
+        })
+    };
+    let material = primitive.material().index().map_or(Triangle::NO_MATERIAL, |index| first + index as u32);
+    let triangles = match primitive.mode() {
+        Mode::Triangles => length / 3,
+        _ => length.saturating_sub(2),
+    };
+    sink.counts.faces += triangles as u64;
+    for at in 0..triangles {
+        let [a, b, c] = match primitive.mode() {
+            Mode::Triangles => [3 * at, 3 * at + 1, 3 * at + 2],
+            Mode::TriangleFan => [0, at + 1, at + 2],
+            // Every second triangle of a strip runs the other way.
+            _ if at % 2 == 1 => [at + 1, at, at + 2],
+            _ => [at, at + 1, at + 2],
+        };
+        let mut three = [corner(a)?, corner(b)?, corner(c)?];
+        if transform.mirrors() {
+            three.swap(1, 2);
+        }
+        sink.polygon(&three, material, path, place)?;
+    }
+    Ok(())
+}
+
+/// Vectors of numbers in a buffer.
+struct Numbers {
+    bytes: Vec<u8>,
+    stride: usize,
+    kind: DataType,
+    count: usize,
+}
+
+impl Numbers {
+    fn read(
+        container: &Container,
+        accessor: &Accessor<'_>,
+        dimensions: Dimensions,
+        kinds: &[DataType],
+    ) -> Result<Self, SceneError> {
+        let kind = accessor.data_type();
+        if accessor.dimensions() != dimensions || !kinds.contains(&kind) {
+            let what = format!(
+                "accessor {} holds {:?} of {kind:?}, which is not read: write floats",
+                accessor.index(),
+                accessor.dimensions()
+            );
+            return Err(container.fault(&what));
+        }
+        let (bytes, stride, _) = read_accessor(container, accessor)?;
+        Ok(Self { bytes, stride, kind, count: accessor.count() })
+    }
+
+    /// The first numbers of an item; whole numbers as fractions of their largest.
+    fn get<const N: usize>(&self, at: usize) -> [f32; N] {
+        let mut out = [0.0; N];
+        for (axis, value) in out.iter_mut().enumerate() {
+            let size = self.kind.size();
+            let start = at * self.stride + axis * size;
+            let Some(bytes) = self.bytes.get(start..start + size) else { continue };
+            *value = match (self.kind, bytes) {
+                (DataType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
+                (DataType::U16, &[a, b]) => f32::from(u16::from_le_bytes([a, b])) / 65_535.0,
+                (_, &[a, ..]) => f32::from(a) / 255.0,
+                _ => 0.0,
+            };
+        }
+        out
+    }
+}
+
+/// Whole numbers in a buffer.
+struct Indices {
+    bytes: Vec<u8>,
+    stride: usize,
+    size: usize,
+    count: usize,
+    offset: u64,
+}
+
+impl Indices {
+    fn read(container: &Container, accessor: &Accessor<'_>) -> Result<Self, SceneError> {
+        let kind = accessor.data_type();
+        if accessor.dimensions() != Dimensions::Scalar || !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32)
+        {
+            return Err(container.fault(&format!("accessor {} holds {kind:?}, which are no indices", accessor.index())));
+        }
+        let (bytes, stride, offset) = read_accessor(container, accessor)?;
+        Ok(Self { bytes, stride, size: kind.size(), count: accessor.count(), offset })
+    }
+
+    fn get(&self, at: usize) -> u32 {
+        let mut four = [0; 4];
+        if let Some(bytes) = self.bytes.get(at * self.stride..at * self.stride + self.size) {
+            four[..self.size].copy_from_slice(bytes);
+        }
+        u32::from_le_bytes(four)
+    }
+}
+
+/// The bytes of an accessor, the distance between its items, and where it starts in its buffer.
+fn read_accessor(container: &Container, accessor: &Accessor<'_>) -> Result<(Vec<u8>, usize, u64), SceneError> {
+    let (Some(view), None) = (accessor.view(), accessor.sparse()) else {
+        return Err(container.fault(&format!("accessor {} is sparse, which is not read", accessor.index())));
+    };
+    let size = accessor.size();
+    let stride = view.stride().unwrap_or(size).max(size);
+    let length = match accessor.count() {
+        0 => 0,
+        count => (count as u64 - 1).saturating_mul(stride as u64).saturating_add(size as u64),
+    };
+    let offset = (view.offset() as u64).saturating_add(accessor.offset() as u64);
+    if (accessor.offset() as u64).saturating_add(length) > view.length() as u64 {
+        let what = format!("accessor {} reaches beyond its buffer view", accessor.index());
+        return Err(SceneError::syntax(&container.path, Place::Byte(offset), what));
+    }
+    Ok((container.read(view.buffer().index(), offset, length)?, stride, offset))
 }

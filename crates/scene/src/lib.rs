@@ -2,6 +2,7 @@
 
 mod counts;
 mod error;
+mod glb;
 mod gltf;
 mod line_blocks;
 mod material;
@@ -13,11 +14,15 @@ mod obj_chunk;
 mod off;
 mod paged;
 mod ply;
+mod ply_header;
 mod scene;
 mod sink;
 mod survey;
 mod texture;
+mod tokens;
+mod transform;
 mod triangle;
+mod uri;
 
 pub use counts::{Counts, Warning, WarningKind, Warnings};
 pub use error::{Place, SceneError};

@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::mtl;
 use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace};
 use crate::paged::Paged;
-use crate::sink::{Halt, Placement, Sink};
+use crate::sink::{Corner, Halt, Placement, Sink};
 use crate::triangle::Triangle;
 use gable_geometry::DVec3;
 use std::collections::HashMap;
@@ -177,13 +177,6 @@ struct Tables<'a> {
     corners: Vec<Corner>,
 }
 
-#[derive(Clone, Copy)]
-struct Corner {
-    position: DVec3,
-    colour: [u8; 4],
-    uv: [f32; 2],
-}
-
 impl Tables<'_> {
     /// Says so if a file held nothing.
     fn leave(self, sink: &mut Sink<'_>) {
@@ -258,45 +251,27 @@ impl Tables<'_> {
         let place = Place::Line(line);
         let (vertices, uvs) = (vertices + face.vertices as usize, uvs + face.uvs as usize);
         self.corners.clear();
-        let (mut textured, mut coloured) = (true, true);
         for corner in raw {
-            let at = resolve(corner.vertex, vertices)
-                .ok_or_else(|| out_of_range(&file.path, place, "vertex", corner.vertex, vertices))?;
-            let position = *self
-                .positions
-                .get(at)
-                .ok_or_else(|| out_of_range(&file.path, place, "vertex", corner.vertex, vertices))?;
-            let mut uv = [f32::NAN; 2];
+            let at = resolve(corner.vertex, vertices);
+            let position = at.and_then(|at| Some((at, *self.positions.get(at)?)));
+            let Some((at, position)) = position else {
+                return Err(out_of_range(&file.path, place, "vertex", corner.vertex, vertices).into());
+            };
+            let mut uv = Corner::NO_UV;
             if corner.uv != 0 {
-                let at = resolve(corner.uv, uvs).and_then(|at| self.uvs.get(at));
-                uv = *at.ok_or_else(|| out_of_range(&file.path, place, "texture coordinate", corner.uv, uvs))?;
+                let found = resolve(corner.uv, uvs).and_then(|at| self.uvs.get(at));
+                let Some(found) = found else {
+                    return Err(out_of_range(&file.path, place, "texture coordinate", corner.uv, uvs).into());
+                };
+                uv = *found;
             }
             let colour = self.colours.get(at).copied().unwrap_or_default();
-            textured &= !uv[0].is_nan();
-            coloured &= colour[3] != 0;
             self.corners.push(Corner { position, colour, uv });
         }
         if self.unknown {
             sink.warn(WarningKind::UnknownMaterial, &file.path, place);
         }
-        let [first, others @ ..] = self.corners.as_slice() else {
-            sink.warn(WarningKind::DegenerateFace, &file.path, place);
-            return Ok(());
-        };
-        if others.len() < 2 {
-            sink.warn(WarningKind::DegenerateFace, &file.path, place);
-        }
-        for pair in others.windows(2) {
-            let three = [first, &pair[0], &pair[1]];
-            let triangle = Triangle {
-                corners: three.map(|c| c.position),
-                uv: textured.then(|| three.map(|c| c.uv)),
-                colours: coloured.then(|| three.map(|c| [c.colour[0], c.colour[1], c.colour[2]])),
-                material: self.material.unwrap_or(Triangle::NO_MATERIAL),
-            };
-            sink.triangle(triangle, &file.path, place)?;
-        }
-        Ok(())
+        sink.polygon(&self.corners, self.material.unwrap_or(Triangle::NO_MATERIAL), &file.path, place)
     }
 }
 

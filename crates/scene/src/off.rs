@@ -1,16 +1,176 @@
-//! Being written.
-use crate::counts::Warnings;
-use crate::error::SceneError;
-use crate::material::Material;
-use crate::sink::{Halt, Placement, Sink};
+//! OFF files (Geomview): text, with colours, normals and texture coordinates at the vertices if the keyword says so.
+
+use crate::error::{SceneError, shown};
+use crate::paged::Paged;
+use crate::sink::{Corner, Halt, Placement, Sink};
+use crate::tokens::Tokens;
+use crate::triangle::Triangle;
+use gable_geometry::DVec3;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
-pub(crate) fn read_materials(path: &Path, _: &mut Warnings) -> Result<Vec<Material>, SceneError> {
-    Err(SceneError::Unsupported { path: path.to_owned(), what: "not read yet".to_owned() })
+/// Most corners of a face.
+const MOST_CORNERS: f64 = 1e6;
+
+/// What the keyword says about the vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Layout {
+    texture: bool,
+    colour: bool,
+    normal: bool,
+    /// A fourth coordinate, which divides the others.
+    weight: bool,
 }
-pub(crate) fn stream(path: &Path, _: u32, _: Placement, _: &mut Sink<'_>) -> Result<(), Halt> {
-    Err(SceneError::Unsupported { path: path.to_owned(), what: "not read yet".to_owned() }.into())
+
+impl Layout {
+    /// Reads `[ST][C][N][4]OFF`.
+    fn of(keyword: &[u8]) -> Option<Self> {
+        let mut rest = keyword.strip_suffix(b"OFF")?;
+        let mut has = |prefix: &[u8]| match rest.strip_prefix(prefix) {
+            Some(after) => {
+                rest = after;
+                true
+            }
+            None => false,
+        };
+        let layout = Self { texture: has(b"ST"), colour: has(b"C"), normal: has(b"N"), weight: has(b"4") };
+        rest.is_empty().then_some(layout)
+    }
 }
-pub(crate) fn image_bytes(path: &Path, _: usize) -> Result<Vec<u8>, SceneError> {
-    Err(SceneError::Unsupported { path: path.to_owned(), what: "not read yet".to_owned() })
+
+#[derive(Clone, Copy)]
+struct Vertex {
+    position: DVec3,
+    colour: [u8; 4],
+    uv: [f32; 2],
+}
+
+/// Streams one file. The vertices stand in memory, the faces do not.
+pub(crate) fn stream(path: &Path, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    let file = File::open(path).map_err(|e| SceneError::read(path, e))?;
+    let mut tokens = Tokens::new(path, BufReader::with_capacity(1 << 20, file), Some(b'#'), 1);
+    let layout = layout(path, &mut tokens)?;
+    let vertices = count(path, &mut tokens, "the number of vertices")?;
+    let faces = count(path, &mut tokens, "the number of faces")?;
+    // The number of edges is there by the book, and used by nobody.
+    tokens.skip_line()?;
+
+    let mut table: Paged<Vertex> = Paged::default();
+    for _ in 0..vertices {
+        table.push(vertex(path, &mut tokens, layout, placement)?);
+        sink.counts.vertices += 1;
+    }
+    let mut corners = Vec::new();
+    for _ in 0..faces {
+        let size = tokens.number("the number of a face's corners")?;
+        let place = tokens.place();
+        if !(0.0..=MOST_CORNERS).contains(&size) || size.fract() != 0.0 {
+            return Err(SceneError::syntax(path, place, format!("a face cannot have {size} corners")).into());
+        }
+        corners.clear();
+        for _ in 0..size as usize {
+            let index = tokens.number("a vertex of a face")?;
+            let found = if index >= 0.0 && index.fract() == 0.0 { table.get(index as usize) } else { None };
+            let Some(Vertex { position, colour, uv }) = found.copied() else {
+                return Err(SceneError::IndexOutOfRange {
+                    path: path.to_owned(),
+                    place: tokens.place(),
+                    kind: "vertex",
+                    index: index as i64,
+                    count: vertices,
+                }
+                .into());
+            };
+            corners.push(Corner { position, colour, uv });
+        }
+        // A face's own colour is passed over.
+        tokens.skip_line()?;
+        sink.counts.faces += 1;
+        sink.polygon(&corners, Triangle::NO_MATERIAL, path, place)?;
+    }
+    Ok(())
+}
+
+fn layout(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>) -> Result<Layout, SceneError> {
+    let keyword = tokens.next(false)?.unwrap_or_default().to_vec();
+    let keyword = keyword.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&keyword);
+    Layout::of(keyword).ok_or_else(|| SceneError::WrongMagic {
+        path: path.to_owned(),
+        expected: "an OFF file (OFF, COFF, NOFF, STOFF in text)",
+        found: shown(keyword),
+    })
+}
+
+fn count(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, what: &str) -> Result<u64, SceneError> {
+    let value = tokens.number(what)?;
+    if (0.0..=1e12).contains(&value) && value.fract() == 0.0 {
+        Ok(value as u64)
+    } else {
+        Err(SceneError::syntax(path, tokens.place(), format!("{value} stands where {what} is expected")))
+    }
+}
+
+/// `x y z [w] [nx ny nz] [colour to the end of the line] [s t]`.
+fn vertex(
+    path: &Path,
+    tokens: &mut Tokens<'_, BufReader<File>>,
+    layout: Layout,
+    placement: Placement,
+) -> Result<Vertex, SceneError> {
+    let mut coordinates = [0.0, 0.0, 0.0, 1.0];
+    let used = if layout.weight { 4 } else { 3 };
+    for value in &mut coordinates[..used] {
+        *value = tokens.number("a vertex coordinate")?;
+    }
+    let [x, y, z, w] = coordinates;
+    let position = DVec3::new(x, y, z) / w;
+    if !position.is_finite() {
+        let value = coordinates.iter().find(|c| !c.is_finite()).map_or("divided by 0".to_owned(), f64::to_string);
+        return Err(SceneError::NotFinite { path: path.to_owned(), place: tokens.place(), value });
+    }
+    let mut rest = Vec::new();
+    while let Some(value) = tokens.number_on_line()? {
+        if rest.len() < 16 {
+            rest.push(value);
+        }
+    }
+    tokens.skip_line()?;
+    if layout.normal {
+        rest.drain(..rest.len().min(3));
+    }
+    let uv = if layout.texture && rest.len() >= 2 {
+        let uv = rest.split_off(rest.len() - 2);
+        [uv[0] as f32, uv[1] as f32]
+    } else {
+        Corner::NO_UV
+    };
+    let colour = match rest[..] {
+        [r, g, b, ..] if layout.colour => rgb([r, g, b], rest.iter().all(|c| *c <= 1.0)),
+        _ => [0; 4],
+    };
+    Ok(Vertex { position: placement.apply(position), colour, uv })
+}
+
+/// A colour of either scale; whole numbers are 0 to 255, fractions 0 to 1.
+fn rgb(colour: [f64; 3], fractions: bool) -> [u8; 4] {
+    let scale = if fractions { 255.0 } else { 1.0 };
+    let [r, g, b] = colour.map(|c| (c * scale).round().clamp(0.0, 255.0) as u8);
+    [r, g, b, 255]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keywords_say_what_vertices_have() {
+        assert_eq!(Layout::of(b"OFF"), Some(Layout::default()));
+        assert_eq!(Layout::of(b"COFF"), Some(Layout { colour: true, ..Layout::default() }));
+        let all = Layout { texture: true, colour: true, normal: true, weight: true };
+        assert_eq!(Layout::of(b"STCN4OFF"), Some(all));
+        for wrong in [b"OF".as_slice(), b"nOFF", b"NCOFF", b"ply", b""] {
+            assert_eq!(Layout::of(wrong), None);
+        }
+    }
 }

@@ -183,7 +183,7 @@ impl Scene {
                     sink.counts.files += 1;
                     match format {
                         Format::Ply => crate::ply::stream(file, *first, self.placement, &mut sink)?,
-                        Format::Off => crate::off::stream(file, *first, self.placement, &mut sink)?,
+                        Format::Off => crate::off::stream(file, self.placement, &mut sink)?,
                         Format::Obj | Format::Gltf => {
                             crate::gltf::stream(file, *first, self.placement, &mut sink)?;
                         }

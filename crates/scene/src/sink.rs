@@ -44,6 +44,22 @@ impl Placement {
     }
 }
 
+/// A corner of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corner {
+    /// World coordinates.
+    pub(crate) position: DVec3,
+    /// sRGB and 255; 0 as fourth byte for none.
+    pub(crate) colour: [u8; 4],
+    /// Texture coordinate, v up; [`Corner::NO_UV`] for none.
+    pub(crate) uv: [f32; 2],
+}
+
+impl Corner {
+    /// In place of a texture coordinate.
+    pub(crate) const NO_UV: [f32; 2] = [f32::NAN; 2];
+}
+
 /// The receiving end of a stream.
 pub(crate) struct Sink<'a> {
     /// The scene's materials.
@@ -62,6 +78,28 @@ impl<'a> Sink<'a> {
         visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     ) -> Self {
         Self { materials, visit, chunk: Vec::new(), survey: Survey::new(), counts }
+    }
+
+    /// Takes a polygon as a fan of triangles from its first corner; counts one of fewer than three.
+    #[inline]
+    pub(crate) fn polygon(&mut self, corners: &[Corner], material: u32, path: &Path, place: Place) -> Result<(), Halt> {
+        let (Some(first), true) = (corners.first(), corners.len() > 2) else {
+            self.warn(WarningKind::DegenerateFace, path, place);
+            return Ok(());
+        };
+        let textured = corners.iter().all(|c| !c.uv[0].is_nan() && !c.uv[1].is_nan());
+        let coloured = corners.iter().all(|c| c.colour[3] != 0);
+        for pair in corners[1..].windows(2) {
+            let three = [first, &pair[0], &pair[1]];
+            let triangle = Triangle {
+                corners: three.map(|c| c.position),
+                uv: textured.then(|| three.map(|c| c.uv)),
+                colours: coloured.then(|| three.map(|c| [c.colour[0], c.colour[1], c.colour[2]])),
+                material,
+            };
+            self.triangle(triangle, path, place)?;
+        }
+        Ok(())
     }
 
     /// Takes a triangle in world coordinates; counts and leaves out one without area.

@@ -55,7 +55,7 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<RgbImage, SceneError> {
 }
 
 /// The image type by the first bytes, whatever the file's ending says.
-fn format(bytes: &[u8]) -> Result<ImageFormat, String> {
+pub(crate) fn format(bytes: &[u8]) -> Result<ImageFormat, String> {
     if bytes.starts_with(b"\xff\xd8\xff") {
         Ok(ImageFormat::Jpeg)
     } else if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {

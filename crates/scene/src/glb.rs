@@ -1,0 +1,169 @@
+//! The bytes of a glTF file: its JSON, and its buffers wherever they are.
+
+use crate::error::{Place, SceneError, shown};
+use crate::uri::{self, Target};
+use gltf::{Gltf, buffer};
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Longest JSON that is read, bytes.
+const LONGEST_JSON: u64 = 1 << 30;
+
+/// Where the bytes of a buffer are.
+#[derive(Debug)]
+enum Bytes {
+    /// In a file, from a byte on.
+    File { path: PathBuf, start: u64, length: u64 },
+    /// In the JSON.
+    Memory(Vec<u8>),
+}
+
+/// An opened GLB or glTF file; buffers are read piece by piece, as they are wanted.
+#[derive(Debug)]
+pub(crate) struct Container {
+    pub(crate) path: PathBuf,
+    pub(crate) document: Gltf,
+    buffers: Vec<Bytes>,
+}
+
+impl Container {
+    /// Opens a file and finds its buffers.
+    pub(crate) fn open(path: &Path) -> Result<Self, SceneError> {
+        let (json, binary) = read_json(path)?;
+        let document = Gltf::from_slice(&json).map_err(|error| {
+            let what = format!("this is not a glTF 2.0 scene that can be read: {error}");
+            SceneError::Unsupported { path: path.to_owned(), what }
+        })?;
+        let mut container = Self { path: path.to_owned(), document, buffers: Vec::new() };
+        let mut buffers = Vec::new();
+        for buffer in container.document.buffers() {
+            buffers.push(container.find(&buffer, binary)?);
+        }
+        container.buffers = buffers;
+        Ok(container)
+    }
+
+    fn find(&self, buffer: &buffer::Buffer<'_>, binary: Option<(u64, u64)>) -> Result<Bytes, SceneError> {
+        match buffer.source() {
+            buffer::Source::Bin => {
+                let (start, length) =
+                    binary.ok_or_else(|| self.fault("a buffer has neither a URI nor a binary chunk"))?;
+                Ok(Bytes::File { path: self.path.clone(), start, length })
+            }
+            buffer::Source::Uri(text) => match self.resolve(text)? {
+                Target::Bytes(bytes) => Ok(Bytes::Memory(bytes)),
+                Target::File(path) => {
+                    let length = std::fs::metadata(&path).map_err(|e| SceneError::read(&path, e))?.len();
+                    Ok(Bytes::File { path, start: 0, length })
+                }
+            },
+        }
+    }
+
+    /// What a URI of this file stands for.
+    pub(crate) fn resolve(&self, text: &str) -> Result<Target, SceneError> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        uri::resolve(folder, text).map_err(|what| self.fault(&what))
+    }
+
+    /// The error for something that is wrong in the file.
+    pub(crate) fn fault(&self, what: &str) -> SceneError {
+        SceneError::Unsupported { path: self.path.clone(), what: what.to_owned() }
+    }
+
+    /// Some bytes of a buffer.
+    pub(crate) fn read(&self, buffer: usize, offset: u64, length: u64) -> Result<Vec<u8>, SceneError> {
+        let outside = |all: u64, path: &Path, start: u64| {
+            let what = format!("where bytes {offset} to {} of a buffer are expected", offset.saturating_add(length));
+            SceneError::truncated(path, Place::Byte(start.saturating_add(all)), what)
+        };
+        let end = offset.saturating_add(length);
+        match self.buffers.get(buffer) {
+            None => Err(self.fault("a buffer that is named is not there")),
+            Some(Bytes::Memory(bytes)) => match bytes.get(offset as usize..end as usize) {
+                Some(part) if end <= bytes.len() as u64 => Ok(part.to_vec()),
+                _ => Err(outside(bytes.len() as u64, &self.path, 0)),
+            },
+            Some(Bytes::File { path, start, length: all }) => {
+                if end > *all {
+                    return Err(outside(*all, path, *start));
+                }
+                read_at(path, start + offset, length)
+            }
+        }
+    }
+
+    /// The bytes of a view of a buffer, at most `most` of them.
+    pub(crate) fn read_view(&self, view: &buffer::View<'_>, most: u64) -> Result<Vec<u8>, SceneError> {
+        self.read(view.buffer().index(), view.offset() as u64, (view.length() as u64).min(most))
+    }
+}
+
+/// Bytes of a file.
+fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, SceneError> {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|mut file| {
+        file.seek(SeekFrom::Start(offset))?;
+        file.take(length).read_to_end(&mut bytes)
+    });
+    read.map_err(|e| SceneError::read(path, e))?;
+    if (bytes.len() as u64) < length {
+        let place = Place::Byte(offset + bytes.len() as u64);
+        return Err(SceneError::truncated(
+            path,
+            place,
+            format!("{} bytes before its end", length - bytes.len() as u64),
+        ));
+    }
+    Ok(bytes)
+}
+
+/// The JSON, and for a GLB where its binary chunk starts and how long it is.
+fn read_json(path: &Path) -> Result<(Vec<u8>, Option<(u64, u64)>), SceneError> {
+    let size = std::fs::metadata(path).map_err(|e| SceneError::read(path, e))?.len();
+    let start = read_at(path, 0, size.min(20))?;
+    if !start.starts_with(b"glTF") {
+        if start.trim_ascii_start().first() != Some(&b'{') && !start.starts_with(b"\xef\xbb\xbf") {
+            let found = shown(&start[..start.len().min(8)]);
+            return Err(SceneError::WrongMagic { path: path.to_owned(), expected: "a GLB or glTF file", found });
+        }
+        let json = read_at(path, 0, size.min(LONGEST_JSON))?;
+        return Ok((json.strip_prefix(b"\xef\xbb\xbf").map_or(json.clone(), <[u8]>::to_vec), None));
+    }
+    let number = |at: usize| {
+        let bytes = start.get(at..at + 4)?;
+        Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
+    };
+    let cut = |what: &str| SceneError::truncated(path, Place::Byte(size), what);
+    let (Some(version), Some(total), Some(length), Some(kind)) = (number(4), number(8), number(12), number(16)) else {
+        return Err(cut("within its header"));
+    };
+    if version != 2 {
+        let what = format!("it is glTF of version {version}: convert it to version 2");
+        return Err(SceneError::Unsupported { path: path.to_owned(), what });
+    }
+    if u64::from(total) > size {
+        return Err(cut(&format!("{} bytes before its end", u64::from(total) - size)));
+    }
+    if kind != u32::from_le_bytes(*b"JSON") {
+        return Err(SceneError::syntax(path, Place::Byte(16), "the first chunk of the file is not JSON"));
+    }
+    let after = 20 + u64::from(length);
+    if after > size {
+        return Err(cut("within its JSON"));
+    }
+    let json = read_at(path, 20, u64::from(length))?;
+    if after + 8 > size {
+        return Ok((json, None));
+    }
+    let head = read_at(path, after, 8)?;
+    let length = u64::from(u32::from_le_bytes([head[0], head[1], head[2], head[3]]));
+    if &head[4..] != b"BIN\0" {
+        return Ok((json, None));
+    }
+    if after + 8 + length > size {
+        return Err(cut("within its binary chunk"));
+    }
+    Ok((json, Some((after + 8, length))))
+}

@@ -1,0 +1,134 @@
+//! A text file word by word, for formats whose lines need not be kept together.
+
+use crate::error::{Place, SceneError, shown};
+use crate::number::parse_f64;
+use std::io::BufRead;
+use std::path::Path;
+
+/// Longest word that is read; a longer one is a sign of a file that is not text.
+const LONGEST: usize = 4096;
+
+/// Reads words that blanks and line ends part.
+pub(crate) struct Tokens<'a, R> {
+    path: &'a Path,
+    reader: R,
+    /// Byte from which to the end of the line all is comment.
+    comment: Option<u8>,
+    /// Line of the next byte, from 1.
+    line: u64,
+    word: Vec<u8>,
+}
+
+impl<'a, R: BufRead> Tokens<'a, R> {
+    /// Starts at a line, counted from 1.
+    pub(crate) fn new(path: &'a Path, reader: R, comment: Option<u8>, line: u64) -> Self {
+        Self { path, reader, comment, line, word: Vec::new() }
+    }
+
+    /// The line of the last word, or of the next if that is on another.
+    pub(crate) fn place(&self) -> Place {
+        Place::Line(self.line)
+    }
+
+    /// The next word; `None` at the end of the file, or, with `same_line`, of the line.
+    pub(crate) fn next(&mut self, same_line: bool) -> Result<Option<&[u8]>, SceneError> {
+        self.word.clear();
+        let mut comment = false;
+        loop {
+            let buffer = self.reader.fill_buf().map_err(|e| SceneError::read(self.path, e))?;
+            if buffer.is_empty() {
+                break;
+            }
+            let mut used = 0;
+            let mut done = false;
+            for &byte in buffer {
+                if byte == b'\n' {
+                    if !self.word.is_empty() || same_line {
+                        done = true;
+                        break;
+                    }
+                    self.line += 1;
+                    comment = false;
+                } else if comment {
+                } else if byte.is_ascii_whitespace() {
+                    if !self.word.is_empty() {
+                        done = true;
+                        break;
+                    }
+                } else if Some(byte) == self.comment {
+                    if !self.word.is_empty() {
+                        done = true;
+                        break;
+                    }
+                    comment = true;
+                } else {
+                    self.word.push(byte);
+                }
+                used += 1;
+            }
+            self.reader.consume(used);
+            if done {
+                break;
+            }
+            if self.word.len() > LONGEST {
+                let word = shown(&self.word);
+                return Err(SceneError::syntax(self.path, self.place(), format!("{word} is no number")));
+            }
+        }
+        Ok((!self.word.is_empty()).then_some(self.word.as_slice()))
+    }
+
+    /// Passes over the rest of the line.
+    pub(crate) fn skip_line(&mut self) -> Result<(), SceneError> {
+        while self.next(true)?.is_some() {}
+        Ok(())
+    }
+
+    /// The next word as a number; an error that says `what` was expected otherwise.
+    pub(crate) fn number(&mut self, what: &str) -> Result<f64, SceneError> {
+        let parsed = self.next(false)?.map(|word| parse_f64(word).ok_or_else(|| shown(word)));
+        match parsed {
+            Some(Ok(value)) => Ok(value),
+            Some(Err(word)) => {
+                Err(SceneError::syntax(self.path, self.place(), format!("{word} stands where {what} is expected")))
+            }
+            None => Err(SceneError::truncated(self.path, self.place(), format!("where {what} is expected"))),
+        }
+    }
+
+    /// The next number on this line, if the line has one more word and it is a number.
+    pub(crate) fn number_on_line(&mut self) -> Result<Option<f64>, SceneError> {
+        Ok(self.next(true)?.and_then(parse_f64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_lines_and_comments_are_told_apart() {
+        let text = b"a b # c\n\n  d#e\nf 1.5 x";
+        for capacity in [1, 2, 3, 100] {
+            let reader = std::io::BufReader::with_capacity(capacity, text.as_slice());
+            let mut tokens = Tokens::new(Path::new("t"), reader, Some(b'#'), 1);
+            let mut next = |same_line| {
+                let word = tokens.next(same_line).expect("reads").map(|w| String::from_utf8_lossy(w).into_owned());
+                let Place::Line(line) = tokens.place() else { unreachable!() };
+                (word, line)
+            };
+            let some = |word: &str, line: u64| (Some(word.to_owned()), line);
+            assert_eq!(next(false), some("a", 1));
+            assert_eq!(next(true), some("b", 1));
+            assert_eq!(next(true), (None, 1));
+            assert_eq!(next(false), some("d", 3));
+            assert_eq!(next(true), (None, 3));
+            assert_eq!(next(false), some("f", 4));
+            assert_eq!(tokens.number("n").expect("a number"), 1.5);
+            let error = tokens.number("n").expect_err("no number").to_string();
+            assert_eq!(error, "t: line 4: \"x\" stands where n is expected");
+            let error = tokens.number("n").expect_err("the end").to_string();
+            assert!(error.starts_with("t: line 4: the file ends too early, where n is expected"), "{error}");
+        }
+    }
+}
