@@ -8,7 +8,8 @@ use crate::roof_plane::UNASSIGNED;
 pub(crate) fn clean(partition: &mut Partition<'_>, min_area: f64, min_width: f64, max_slope: f64) -> usize {
     let step = partition.field.step;
     let counts = partition.counts();
-    let core = core_counts(partition, (0.5 * min_width / step).round() as usize);
+    // A square of 0.8 · min_width fits in a strip of min_width that runs along the raster, and of 1.1 · min_width across.
+    let core = core_counts(partition, (0.4 * min_width / step + 1e-9) as usize);
     let keep: Vec<bool> = (0..partition.planes.len())
         .map(|k| {
             let [a, b, _] = partition.planes[k];
@@ -55,4 +56,32 @@ fn core_counts(partition: &Partition<'_>, reach: usize) -> Vec<usize> {
         }
     }
     counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::local_fit::Field;
+    use gable_ortho::{GridWindow, Raster};
+
+    #[test]
+    fn strips_walls_and_specks_go_and_the_rest_is_renumbered() {
+        let window = GridWindow { step: 0.2, x0: 0, y0: 0, width: 40, height: 40 };
+        let field = Field::new(&Raster::filled(window, 0.0), &Raster::filled(window, true), 0.6);
+        let mut partition = Partition::new(&field, 0.5, 0.0);
+        // A strip of 0.6 m, a roof, a speck of 1 m², a wall.
+        partition.planes = vec![[0.0; 3], [0.1, 0.0, 0.0], [0.0; 3], [5.0, 0.0, 0.0]];
+        for (p, label) in partition.labels.iter_mut().enumerate() {
+            *label = match (p % 40, p / 40) {
+                (0..3, _) => 0,
+                (35.., 35..) => 2,
+                (30.., _) => 3,
+                _ => 1,
+            };
+        }
+        assert_eq!(core_counts(&partition, 2), [0, 23 * 36, 1, 6 * 36 - 6]);
+        assert_eq!(clean(&mut partition, 3.0, 1.0, 3.7), 3);
+        assert_eq!(partition.planes, [[0.1, 0.0, 0.0]]);
+        assert_eq!((partition.labels[0], partition.labels[10], partition.labels[39]), (UNASSIGNED, 0, UNASSIGNED));
+    }
 }

@@ -17,6 +17,8 @@ pub(crate) struct Evidence {
     pub(crate) noise: std::ops::RangeInclusive<f64>,
     /// How many times σ² · `noise_area` the sum of squares (m⁴) must fall for a second plane.
     pub(crate) significance: f64,
+    /// Least root mean square by which one plane must miss the smaller of two parts, metres.
+    pub(crate) min_effect: f64,
     /// Least area of a region, m².
     pub(crate) min_area: f64,
     /// Least width of a region, metres.
@@ -24,12 +26,16 @@ pub(crate) struct Evidence {
 }
 
 impl Evidence {
-    /// Ratio of the gain of two planes over one to the gain that noise could bring; both weights in pixels.
-    fn ratio(&self, joint: f64, apart: f64, weight: f64, pixel_area: f64) -> f64 {
+    /// How much two planes gain over one, as a part of what they must gain to be believed and to matter. `joint`
+    /// and `apart` are sums of squares, `weights` those of the two parts, all counted in pixels.
+    fn ratio(&self, joint: f64, apart: f64, weights: [f64; 2], pixel_area: f64) -> f64 {
+        let weight = weights[0] + weights[1];
         // Bounded above, so that planes that fit badly do not vouch for each other.
         let sigma = (apart / weight.max(1.0)).sqrt().clamp(*self.noise.start(), *self.noise.end());
         let variance = sigma * sigma;
-        (joint - apart) * pixel_area / (self.significance * variance * self.noise_area)
+        let believed = (joint - apart) * pixel_area / (self.significance * variance * self.noise_area);
+        let smaller = weights[0].min(weights[1]).max(1.0);
+        believed.min((joint - apart) / (smaller * self.min_effect * self.min_effect))
     }
 }
 
@@ -43,18 +49,27 @@ pub(crate) fn split(partition: &mut Partition<'_>, evidence: &Evidence) -> usize
     let step = field.step;
     let reach = partition.rounding_reach();
     let mut pixels: Vec<Vec<u32>> = vec![Vec::new(); partition.planes.len()];
-    for (p, &label) in partition.labels.iter().enumerate() {
-        if label != UNASSIGNED && partition.is_interior(p, reach) {
-            pixels[label as usize].push(p as u32);
+    for &p in &field.inside {
+        let label = partition.labels[p as usize];
+        if label != UNASSIGNED && partition.is_interior(p as usize, reach) {
+            pixels[label as usize].push(p);
         }
     }
     let mut splits = 0;
     for (label, pixels) in pixels.iter().enumerate() {
         // Interior pixels only: the region itself is larger.
-        if (pixels.len() as f64) * step * step < evidence.min_area || partition.planes.len() + 1 >= UNASSIGNED as usize {
+        if (pixels.len() as f64) * step * step < evidence.min_area || partition.planes.len() + 1 >= UNASSIGNED as usize
+        {
             continue;
         }
-        let stride = (pixels.len() / 4000).max(1);
+        // The noise is correlated over metres: one pixel in four of a large region says as much as all.
+        let stride = if pixels.len() > 20000 {
+            7
+        } else if pixels.len() > 500 {
+            3
+        } else {
+            1
+        };
         let Some(cut) = best_cut(partition, pixels, stride, evidence) else { continue };
         let new = partition.planes.len() as u16;
         for (p, l) in partition.labels.iter_mut().enumerate() {
@@ -127,12 +142,13 @@ fn best_cut(partition: &Partition<'_>, pixels: &[u32], stride: usize, evidence: 
                 continue;
             }
             let apart = residual_sum(&below) + residual_sum(rest);
-            let ratio = evidence.ratio(joint, apart, whole.weight(), pixel_area);
-            if ratio > 1.2 && best.as_ref().is_none_or(|b| ratio > b.0) {
-                if let (Some(p), Some(q)) = (below.height_plane(), rest.height_plane()) {
-                    let offset = low + (i + 1) as f64 * bin;
-                    best = Some((ratio, Cut { normal, offset, planes: [[p.a, p.b, p.c], [q.a, q.b, q.c]] }));
-                }
+            let ratio = evidence.ratio(joint, apart, [below.weight(), rest.weight()], pixel_area);
+            if ratio > 1.2
+                && best.as_ref().is_none_or(|b| ratio > b.0)
+                && let (Some(p), Some(q)) = (below.height_plane(), rest.height_plane())
+            {
+                let offset = low + (i + 1) as f64 * bin;
+                best = Some((ratio, Cut { normal, offset, planes: [[p.a, p.b, p.c], [q.a, q.b, q.c]] }));
             }
         }
     }
@@ -152,7 +168,7 @@ pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence) -> usize
         let mut both = *a;
         both.merge(b);
         let apart = residual_sum(a) + residual_sum(b);
-        let ratio = evidence.ratio(residual_sum(&both), apart, both.weight(), pixel_area);
+        let ratio = evidence.ratio(residual_sum(&both), apart, [a.weight(), b.weight()], pixel_area);
         if touch || coplanar(a, b) { ratio } else { f64::INFINITY }
     };
     let mut ratios: BTreeMap<(u16, u16), f64> = BTreeMap::new();

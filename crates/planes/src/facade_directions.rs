@@ -69,7 +69,8 @@ pub fn histogram(normals: impl IntoIterator<Item = (f64, f64)>, params: &Params)
         let smooth = |bin: usize| -> f64 {
             kernel.iter().enumerate().map(|(k, v)| v * fine[(bin + BINS + k - 12) % BINS]).sum()
         };
-        let peak = (0..BINS).map(smooth).enumerate().fold((0, 0.0), |best, (b, v)| if v > best.1 { (b, v) } else { best });
+        let peak =
+            (0..BINS).map(smooth).enumerate().fold((0, 0.0), |best, (b, v)| if v > best.1 { (b, v) } else { best });
         if peak.1 <= 0.0 {
             break;
         }

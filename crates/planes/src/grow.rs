@@ -2,10 +2,10 @@
 
 use crate::clean::clean;
 use crate::divide::{Evidence, merge, split};
-use crate::seed_regions::{Limits, grow};
 use crate::local_fit::Field;
 use crate::partition::Partition;
 use crate::roof_plane::{Planes, RoofPlane, UNASSIGNED};
+use crate::seed_regions::{Limits, grow};
 use gable_geometry::{Plane, dvec2, dvec3};
 use gable_ortho::Raster;
 
@@ -34,6 +34,8 @@ pub struct Params {
     pub max_noise: f64,
     /// How many times the gain that noise alone brings a second plane must bring to be believed.
     pub significance: f64,
+    /// Two planes count as one if one plane misses the smaller of them by less than this, metres (rms).
+    pub min_effect: f64,
 }
 
 impl Default for Params {
@@ -49,7 +51,8 @@ impl Default for Params {
             noise_area: 14.0,
             min_noise: 0.04,
             max_noise: 0.16,
-            significance: 8.0,
+            significance: 6.0,
+            min_effect: 0.18,
         }
     }
 }
@@ -101,6 +104,7 @@ pub fn detect(height: &Raster<f32>, normal: Option<&Raster<[f32; 3]>>, mask: &Ra
         noise_area: params.noise_area,
         noise: params.min_noise..=params.max_noise.max(params.min_noise),
         significance: params.significance,
+        min_effect: params.min_effect,
         min_area: params.min_area,
         min_width: params.min_width,
     };

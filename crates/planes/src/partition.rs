@@ -56,73 +56,84 @@ impl<'a> Partition<'a> {
         }
     }
 
-    /// Lets the planes compete for the pixels at their borders, `rounds` times (iterated conditional modes of
-    /// Σ min(misfit, cut²) + smoothness · unequal neighbours, where a pixel may only take the label of a
-    /// neighbour), refitting after each round. Returns the number of pixels that changed in the last one.
-    pub(crate) fn compete(&mut self, rounds: usize) -> usize {
-        let (w, h) = (self.field.width, self.field.height);
-        let mut changed = 0;
+    /// Lets the planes compete for the pixels at their borders, `rounds` times: iterated conditional modes of
+    /// Σ min(misfit, cut²) + smoothness · unequal neighbours, where a pixel may only take the label of one of
+    /// its four neighbours or none. Planes are fitted again every other round. Only the first round visits all
+    /// pixels; the others visit those whose neighbourhood is not uniform or has just changed.
+    pub(crate) fn compete(&mut self, rounds: usize) {
+        let w = self.field.width;
+        let mut queued = vec![false; self.labels.len()];
+        let mut visit: Vec<u32> = self.field.inside.clone();
         for round in 0..rounds {
-            changed = 0;
-            for k in 0..w * h {
+            let mut next = Vec::new();
+            let mut changed = 0;
+            for k in 0..visit.len() {
                 // Forth and back, so that no direction is preferred.
-                let pixel = if round % 2 == 0 { k } else { w * h - 1 - k };
-                if self.field.z[pixel].is_nan() {
-                    continue;
-                }
-                let (i, j) = (pixel % w, pixel / w);
-                if i == 0 || j == 0 || i + 1 == w || j + 1 == h {
-                    continue; // the window has a margin of pixels that are not the building's
-                }
-                let own = self.labels[pixel];
-                let around = [
-                    self.labels[pixel - 1],
-                    self.labels[pixel + 1],
-                    self.labels[pixel - w],
-                    self.labels[pixel + w],
-                    self.labels[pixel - w - 1],
-                    self.labels[pixel - w + 1],
-                    self.labels[pixel + w - 1],
-                    self.labels[pixel + w + 1],
-                ];
-                if own == UNASSIGNED && around[..4].iter().all(|&l| l == UNASSIGNED) {
-                    continue;
-                }
-                let cost = |label: u16| {
-                    let unequal = around.iter().filter(|&&l| l != label).count();
-                    let misfit = if label == UNASSIGNED {
-                        self.cut2
-                    } else {
-                        self.field.misfit(pixel, self.planes[label as usize]).min(2.0 * self.cut2)
-                    };
-                    misfit + self.smoothness * unequal as f64
+                let pixel = visit[if round % 2 == 0 { k } else { visit.len() - 1 - k }];
+                let pixel = pixel as usize;
+                let Some(label) = self.best_label(pixel) else { continue };
+                let mut queue = |q: usize| {
+                    if !std::mem::replace(&mut queued[q], true) && !self.field.z[q].is_nan() {
+                        next.push(q as u32);
+                    }
                 };
-                let mut best = (cost(own), own);
-                if own != UNASSIGNED {
-                    let none = cost(UNASSIGNED);
-                    if none < best.0 {
-                        best = (none, UNASSIGNED);
-                    }
-                }
-                for (n, &label) in around[..4].iter().enumerate() {
-                    if label != own && label != UNASSIGNED && !around[..n].contains(&label) {
-                        let c = cost(label);
-                        if c < best.0 {
-                            best = (c, label);
-                        }
-                    }
-                }
-                if best.1 != own {
-                    self.labels[pixel] = best.1;
+                queue(pixel);
+                if label != self.labels[pixel] {
+                    self.labels[pixel] = label;
                     changed += 1;
+                    neighbours(pixel, w).into_iter().for_each(queue);
                 }
             }
-            self.refit();
-            if changed * 500 < w * h / 10 {
+            if round % 2 == 1 || round + 1 == rounds {
+                self.refit();
+            }
+            if changed * 500 < self.field.inside.len() {
                 break;
             }
+            for &q in &next {
+                queued[q as usize] = false;
+            }
+            next.sort_unstable();
+            visit = next;
         }
-        changed
+    }
+
+    /// The label that suits a pixel best; `None` if nothing speaks for a change: a pixel among equals that is near
+    /// its plane, or at the border of the raster.
+    fn best_label(&self, pixel: usize) -> Option<u16> {
+        let (w, h) = (self.field.width, self.field.height);
+        let (i, j) = (pixel % w, pixel / w);
+        if i == 0 || j == 0 || i + 1 == w || j + 1 == h {
+            return None;
+        }
+        let own = self.labels[pixel];
+        let around = neighbours(pixel, w).map(|q| self.labels[q]);
+        if around.iter().all(|&l| l == own) {
+            let limit = self.cut2 + 8.0 * self.smoothness;
+            if own == UNASSIGNED || self.field.misfit(pixel, self.planes[own as usize]) <= limit {
+                return None;
+            }
+        }
+        let cost = |label: u16| {
+            let unequal = around.iter().filter(|&&l| l != label).count();
+            let misfit = if label == UNASSIGNED {
+                self.cut2
+            } else {
+                self.field.misfit(pixel, self.planes[label as usize]).min(2.0 * self.cut2)
+            };
+            misfit + self.smoothness * unequal as f64
+        };
+        let mut best = (cost(own), own);
+        for (n, label) in std::iter::once(UNASSIGNED).chain(around[..4].iter().copied()).enumerate() {
+            let seen = label == own || (n > 0 && (label == UNASSIGNED || around[..n - 1].contains(&label)));
+            if !seen {
+                let c = cost(label);
+                if c < best.0 {
+                    best = (c, label);
+                }
+            }
+        }
+        Some(best.1)
     }
 
     /// Pixels of each plane.
@@ -153,6 +164,11 @@ impl<'a> Partition<'a> {
             }
         }
     }
+}
+
+/// The eight neighbours of a pixel that is not at the border of the raster, those across edges first.
+fn neighbours(p: usize, w: usize) -> [usize; 8] {
+    [p - 1, p + 1, p - w, p + w, p - w - 1, p - w + 1, p + w - 1, p + w + 1]
 }
 
 /// Whether a pixel and the four at `reach` pixels from it have the same label: not at a border, where

@@ -64,7 +64,7 @@ pub fn detect(height: &Raster<f32>, mask: &Raster<bool>, directions: &[RoofDirec
             let score = sparse.iter().filter(|&&p| is_inlier(&field, p as usize, plane, params)).count();
             candidates.push((score, plane));
         }
-        candidates.sort_by(|a, b| b.0.cmp(&a.0));
+        candidates.sort_by_key(|c| std::cmp::Reverse(c.0));
         candidates.truncate(8);
         let mut best: Vec<u32> = Vec::new();
         let mut plane = [0.0; 3];
@@ -131,9 +131,7 @@ fn largest_part(partition: &Partition<'_>, plane: [f64; 3], params: &Params) -> 
     let field = partition.field;
     let (w, n) = (field.width, field.z.len());
     let mut open: Vec<bool> = (0..n)
-        .map(|p| {
-            partition.labels[p] == UNASSIGNED && !field.z[p].is_nan() && is_inlier(field, p, plane, params)
-        })
+        .map(|p| partition.labels[p] == UNASSIGNED && !field.z[p].is_nan() && is_inlier(field, p, plane, params))
         .collect();
     let mut best = Vec::new();
     for seed in 0..n {
@@ -145,7 +143,8 @@ fn largest_part(partition: &Partition<'_>, plane: [f64; 3], params: &Params) -> 
         while next < part.len() {
             let p = part[next] as usize;
             next += 1;
-            let sides = [(p % w > 0).then(|| p - 1), (p % w + 1 < w).then(|| p + 1), p.checked_sub(w), Some(p + w)];
+            let column = p % w;
+            let sides = [(column > 0).then(|| p - 1), (column + 1 < w).then(|| p + 1), p.checked_sub(w), Some(p + w)];
             for q in sides.into_iter().flatten().filter(|&q| q < n) {
                 if std::mem::take(&mut open[q]) {
                     part.push(q as u32);

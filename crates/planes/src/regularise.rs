@@ -19,7 +19,7 @@ pub struct Params {
     pub level: f64,
     /// Largest change of azimuth towards a facade direction, degrees.
     pub turn: f64,
-    /// Largest difference of slopes that become equal, degrees.
+    /// Largest difference of slopes that become equal, and largest change of one, degrees.
     pub slope: f64,
     /// Largest difference of level planes that become equally high, metres; 0 turns this off.
     pub height: f64,
@@ -58,6 +58,8 @@ struct Item {
     /// Downhill is −`direction`·sign(slope); of unit length. Zero for level planes.
     direction: DVec2,
     slope: f64,
+    /// Slope before regularisation.
+    free_slope: f64,
     /// Whether `direction` is one of the facades' (or shared) ones.
     turned: bool,
     /// Squared orthogonal residual that is still tolerated, m².
@@ -155,6 +157,7 @@ fn items(planes: &Planes, height: &Raster<f32>, params: &Params) -> Vec<Item> {
             area: plane.area,
             direction: gradient.normalize_or_zero(),
             slope: gradient.length(),
+            free_slope: gradient.length(),
             turned: false,
             limit: 0.0,
             noise: 0.0,
@@ -212,9 +215,7 @@ fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
                 continue;
             };
             let off = (a.slope.atan() - b.slope.atan()).abs();
-            let sigma = |x: &Item| x.uncertainty(x.direction, params.noise_area) / (1.0 + x.slope * x.slope);
-            let allowed = params.slope.to_radians().max(2.0 * sigma(a).hypot(sigma(b)).min(0.1));
-            if off <= allowed {
+            if off <= params.slope.to_radians() {
                 pairs.push((kind, off, i, j));
             }
         }
@@ -236,7 +237,11 @@ fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
             den += weight * d;
         }
         let slope = num / den.max(1e-12);
-        if slope > 0.0 && members.iter().all(|&k| items[k].tolerates(items[k].direction * slope)) {
+        let fits = |item: &Item| {
+            let change = (slope.atan() - item.free_slope.atan()).abs();
+            change <= params.slope.to_radians() && item.tolerates(item.direction * slope)
+        };
+        if slope > 0.0 && members.iter().all(|&k| fits(&items[k])) {
             for &k in &members {
                 class[k] = p;
                 items[k].slope = slope;

@@ -108,7 +108,8 @@ pub fn cluster(planes: &[RoofPlane], facade_angles: &[f64], angle: f64, level: f
                 normal = DVec3::Z;
             } else {
                 let azimuth = horizontal.to_angle();
-                let off = facade_angles.iter().map(|&f| difference(azimuth, f)).min_by(|a, b| a.abs().total_cmp(&b.abs()));
+                let off =
+                    facade_angles.iter().map(|&f| difference(azimuth, f)).min_by(|a, b| a.abs().total_cmp(&b.abs()));
                 if let Some(off) = off.filter(|o| o.abs() <= turn.to_radians()) {
                     normal = DVec2::from_angle(azimuth - off).extend(0.0) * horizontal.length() + DVec3::Z * normal.z;
                 }
@@ -129,7 +130,8 @@ mod tests {
     }
 
     fn tilted(azimuth: f64, slope: f64) -> DVec3 {
-        DVec2::from_angle(azimuth.to_radians()).extend(0.0) * slope.to_radians().sin() + DVec3::Z * slope.to_radians().cos()
+        DVec2::from_angle(azimuth.to_radians()).extend(0.0) * slope.to_radians().sin()
+            + DVec3::Z * slope.to_radians().cos()
     }
 
     #[test]
@@ -156,7 +158,8 @@ mod tests {
             rms: 0.1,
             centroid: DVec3::ZERO,
         };
-        let planes = [plane(31.0, 40.0, 60.0), plane(209.0, 41.0, 40.0), plane(80.0, 2.0, 20.0), plane(64.0, 30.0, 10.0)];
+        let planes =
+            [plane(31.0, 40.0, 60.0), plane(209.0, 41.0, 40.0), plane(80.0, 2.0, 20.0), plane(64.0, 30.0, 10.0)];
         let found = cluster(&planes, &[30f64.to_radians()], 8.0, 3.0, 8.0);
         assert_eq!(found.len(), 3);
         assert!((found[0].normal.truncate().to_angle().to_degrees() - 30.0).abs() < 1e-9);

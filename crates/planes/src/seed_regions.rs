@@ -25,20 +25,19 @@ pub(crate) struct Limits {
 pub(crate) fn grow(partition: &mut Partition<'_>, limits: &Limits) -> usize {
     let field = partition.field;
     let (w, h) = (field.width, field.height);
-    let mut seeds: Vec<u32> = (0..field.z.len() as u32)
-        .filter(|&p| {
-            let residual = field.patches[p as usize].residual;
-            partition.labels[p as usize] == UNASSIGNED
-                && f64::from(residual) <= limits.seed_rms * limits.seed_rms
-                && !field.z[p as usize].is_nan()
-        })
+    let largest = (limits.seed_rms * limits.seed_rms) as f32;
+    let free = field.inside.iter().filter(|&&p| partition.labels[p as usize] == UNASSIGNED);
+    // Residuals in steps of 5 mm: equal ones keep the raster's order.
+    let mut seeds: Vec<(u16, u32)> = free
+        .map(|&p| (field.patches[p as usize].residual, p))
+        .filter(|&(residual, _)| residual <= largest)
+        .map(|(residual, p)| ((residual.sqrt() * 200.0) as u16, p))
         .collect();
-    // Residuals in steps of (5 mm)²: equal ones keep the raster's order.
-    seeds.sort_by_key(|&p| (f64::from(field.patches[p as usize].residual).sqrt() / 0.005) as u32);
+    seeds.sort_by_key(|s| s.0);
     let before = partition.planes.len();
     let mut failed = vec![false; field.z.len()];
     let mut region: Vec<u32> = Vec::new();
-    for seed in seeds {
+    for (_, seed) in seeds {
         if partition.labels[seed as usize] != UNASSIGNED || failed[seed as usize] {
             continue;
         }
@@ -64,8 +63,12 @@ pub(crate) fn grow(partition: &mut Partition<'_>, limits: &Limits) -> usize {
                 }
             }
             let (i, j) = (p % w, p / w);
-            let neighbours =
-                [(i > 0).then(|| p - 1), (i + 1 < w).then(|| p + 1), (j > 0).then(|| p - w), (j + 1 < h).then(|| p + w)];
+            let neighbours = [
+                (i > 0).then(|| p - 1),
+                (i + 1 < w).then(|| p + 1),
+                (j > 0).then(|| p - w),
+                (j + 1 < h).then(|| p + w),
+            ];
             for q in neighbours.into_iter().flatten() {
                 if partition.labels[q] == UNASSIGNED && !field.z[q].is_nan() && fits(field, q, plane, limits) {
                     partition.labels[q] = label;
