@@ -4,8 +4,8 @@ mod common;
 
 use common::{city, real};
 use gable_city_model::{
-    Attributes, CityModel, Error, ReadOptions, Semantic, Tolerances, Value, quantised, read_citygml, validate_solid,
-    write_citygml, write_citygml_file,
+    Attributes, CityModel, Error, ReadOptions, Semantic, Tolerances, Value, quantised, read_city_model, read_citygml,
+    validate_solid, write_citygml, write_citygml_file,
 };
 use gable_geometry::Crs;
 use std::path::{Path, PathBuf};
@@ -170,7 +170,7 @@ fn broken_files_are_named_with_their_place() {
 fn munich() {
     let dir = tempfile::tempdir().unwrap();
     let Some(path) = real(common::MUNICH, &dir) else { return };
-    let reading = read_citygml(&path, &ReadOptions::default()).unwrap();
+    let reading = read_city_model(&path, &ReadOptions::default()).unwrap();
     assert_eq!(reading.notes, []);
     let model = reading.model;
     assert_eq!((model.buildings.len(), model.crs.clone()), (111, Crs::Epsg(31468)));

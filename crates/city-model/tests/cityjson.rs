@@ -4,8 +4,8 @@ mod common;
 
 use common::{city, real};
 use gable_city_model::{
-    CityModel, Error, Header, ReadOptions, SeqWriter, Value, quantised, read_cityjson, read_cityjson_str,
-    write_cityjson,
+    CityModel, Error, Header, ReadOptions, SeqWriter, Value, quantised, read_city_model, read_cityjson,
+    read_cityjson_str, write_cityjson,
 };
 use gable_geometry::Crs;
 use std::path::Path;
@@ -143,6 +143,13 @@ fn broken_files_are_named_with_their_place() {
     text = sequence(&city(Crs::Unknown));
     let cut = text.len() - 40;
     assert!(read(&text[..cut]).contains("line 5, column"), "{}", read(&text[..cut]));
+    let dir = tempfile::tempdir().unwrap();
+    let other = dir.path().join("a.txt");
+    std::fs::write(&other, "solid").unwrap();
+    let error = read_city_model(&other, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("neither CityJSON nor CityGML"), "{error}");
+    std::fs::write(&other, file(&city(Crs::Unknown))).unwrap();
+    assert_eq!(read_city_model(&other, &ReadOptions::default()).unwrap().model.buildings.len(), 3);
     let missing = read_cityjson(Path::new("nowhere.json"), &ReadOptions::default()).unwrap_err();
     assert!(missing.to_string().contains("nowhere.json"));
 }

@@ -252,3 +252,23 @@ fn rounding_is_judged_as_written() {
     let written = crate::quantised(&prism(&[&outline], 0.0, 3.0));
     assert_eq!(codes(&validate_solid(&written, &Tolerances::strict())), FINE);
 }
+
+proptest::proptest! {
+    /// Houses with disturbed corners: whatever comes out, no panic, the same answer twice, and lists of codes that
+    /// belong to one level.
+    #[test]
+    fn disturbed_houses(moves in proptest::collection::vec((0..10usize, -9.0..9.0f64, -9.0..9.0f64, -9.0..9.0f64), 0..6)) {
+        let mut house = gabled(FAR);
+        for (i, x, y, z) in moves {
+            house.vertices[i] += dvec3(x.round(), y.round(), z);
+        }
+        let issues = validate_solid(&house, &Tolerances::default());
+        proptest::prop_assert_eq!(&issues, &validate_solid(&house, &Tolerances::default()));
+        let mut levels: Vec<_> = issues.iter().map(|issue| (issue.code.number() / 100).max(2)).collect();
+        levels.dedup();
+        proptest::prop_assert!(levels.len() <= 1, "{:?}", issues);
+        if issues.is_empty() {
+            proptest::prop_assert!(house.volume() > 0.0);
+        }
+    }
+}

@@ -1,18 +1,24 @@
 //! Intersections between triangles of a mesh with shared vertices, decided exactly.
 
+use super::segments::{Meeting, meeting};
 use crate::projection::AxisProjection;
 use gable_geometry::{DVec2, DVec3, Orientation, orientation};
-
-use super::segments::{Meeting, meeting};
 
 /// The first pair (in sweep order) of triangles of different faces that share a point beyond their common corners and
 /// edges. Triangles without area are passed over. A sweep along x finds the pairs whose boxes meet:
 /// O(n log n + pairs).
 pub(super) fn first_intersection(points: &[DVec3], triangles: &[(usize, [u32; 3])]) -> Option<(usize, usize)> {
-    sweep(points, triangles, points, triangles, |i, j| {
-        let ((f, s), (g, t)) = (&triangles[i], &triangles[j]);
-        i < j && f != g && intersect(points, *s, *t)
-    })
+    let sorted = boxes(points, triangles);
+    for (k, (i, low, high)) in sorted.iter().enumerate() {
+        for (j, other_low, other_high) in sorted[k + 1..].iter().take_while(|(_, other, _)| other.x <= high.x) {
+            let ((f, s), (g, t)) = (&triangles[*i], &triangles[*j]);
+            let meet = f != g && low.cmple(*other_high).all() && other_low.cmple(*high).all();
+            if meet && intersect(points, *s, *t) {
+                return Some((*i, *j));
+            }
+        }
+    }
+    None
 }
 
 /// Pairs (i of the first mesh, j of the second) whose boxes meet, until `hit` says so.
@@ -139,5 +145,94 @@ pub(super) fn side(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> i8 {
         -1
     } else {
         0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Whole = [i64; 3];
+
+    fn minus(a: Whole, b: Whole) -> Whole {
+        [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+    }
+
+    fn cross(a: Whole, b: Whole) -> Whole {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    }
+
+    fn dot(a: Whole, b: Whole) -> i64 {
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
+
+    fn normal(t: [Whole; 3]) -> Whole {
+        cross(minus(t[1], t[0]), minus(t[2], t[0]))
+    }
+
+    /// Convex bodies are apart exactly if one of these axes separates them: the normals, the cross products of the
+    /// edges, and for triangles in one plane the edges' normals in it.
+    fn separated(s: [Whole; 3], t: [Whole; 3]) -> bool {
+        let edges = |t: [Whole; 3]| [0, 1, 2].map(|k| minus(t[(k + 1) % 3], t[k]));
+        let mut axes = vec![normal(s), normal(t)];
+        for e in edges(s) {
+            axes.push(cross(normal(s), e));
+            axes.extend(edges(t).map(|f| cross(e, f)));
+        }
+        axes.extend(edges(t).map(|f| cross(normal(t), f)));
+        axes.iter().any(|&axis| {
+            let range = |t: [Whole; 3]| {
+                let heights = t.map(|p| dot(p, axis));
+                (heights.into_iter().min().unwrap(), heights.into_iter().max().unwrap())
+            };
+            let ((a, b), (c, d)) = (range(s), range(t));
+            b < c || d < a
+        })
+    }
+
+    fn triangle() -> impl Strategy<Value = [Whole; 3]> {
+        let coordinate = || prop_oneof![3 => 0..4i64, 1 => 0..30i64];
+        let corner = move || (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| [x, y, z]);
+        prop::array::uniform3(corner()).prop_filter("area", |t| normal(*t) != [0; 3])
+    }
+
+    fn real(t: [Whole; 3]) -> [DVec3; 3] {
+        t.map(|p| DVec3::from_array(p.map(|v| v as f64)))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+        #[test]
+        fn equals_separating_axes(s in triangle(), t in triangle()) {
+            prop_assert_eq!(meet(real(s), real(t)), !separated(s, t));
+        }
+
+        /// With a common corner: they share more exactly if they still meet after one is cut off near that corner.
+        #[test]
+        fn one_common_corner(s in triangle(), t in triangle()) {
+            let shift = minus(s[0], t[0]);
+            let moved = t.map(|p| [p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]]);
+            let points: Vec<DVec3> = real(s).into_iter().chain(real(moved)).collect();
+            prop_assume!(!moved[1..].iter().any(|p| s[1..].contains(p)));
+            // The farther pieces of s, in coordinates a hundred times larger: all but a hundredth at the corner.
+            let large = |p: Whole| p.map(|v| v * 100);
+            let toward = |p: Whole| { let d = minus(p, s[0]); [100 * s[0][0] + d[0], 100 * s[0][1] + d[1], 100 * s[0][2] + d[2]] };
+            let (a, b) = (toward(s[1]), toward(s[2]));
+            let rest = [[a, large(s[1]), large(s[2])], [a, large(s[2]), b]];
+            let expected = rest.into_iter().any(|piece| !separated(piece, moved.map(large)));
+            prop_assert_eq!(intersect(&points, [0, 1, 2], [0, 4, 5]), expected);
+            prop_assert_eq!(intersect(&points, [4, 5, 0], [2, 0, 1]), expected);
+        }
+    }
+
+    #[test]
+    fn a_common_edge() {
+        let points = [(0., 0., 0.), (4., 0., 0.), (1., 3., 0.), (2., 1., 0.), (2., -1., 0.), (2., 1., 1e-9)]
+            .map(|(x, y, z)| DVec3::new(x, y, z));
+        assert!(intersect(&points, [0, 1, 2], [1, 0, 3]), "folded onto each other");
+        assert!(!intersect(&points, [0, 1, 2], [1, 0, 4]), "side by side");
+        assert!(!intersect(&points, [0, 1, 2], [1, 0, 5]), "an edge, however sharp");
+        assert!(intersect(&points, [0, 1, 2], [2, 1, 0]), "the same");
     }
 }
