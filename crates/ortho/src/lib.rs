@@ -1,5 +1,8 @@
 #![doc = include_str!("../README.md")]
 
+mod despike;
+mod file;
+mod fill_holes;
 mod orthograph;
 mod raster;
 mod sample;
@@ -9,6 +12,9 @@ mod texture;
 mod texture_cache;
 mod walls;
 
+pub use despike::{DespikeParams, despike};
+pub use file::OrthoError;
+pub use fill_holes::fill_holes;
 pub use orthograph::{Orthograph, WallEvidence, quantised_normal};
 pub use raster::{GridWindow, Raster};
 pub use sample::{SampleParams, sample};

@@ -130,7 +130,9 @@ impl State {
     fn make_room(&mut self, capacity: usize, keep: u32) {
         while self.bytes > capacity {
             let used = |key: &u32| self.slots.get(key).map_or(0, |s| s.1);
-            let Some(oldest) = self.held.keys().filter(|&&k| k != keep).min_by_key(|k| used(k)).copied() else { return };
+            let Some(oldest) = self.held.keys().filter(|&&k| k != keep).min_by_key(|k| used(k)).copied() else {
+                return;
+            };
             self.bytes -= self.held.remove(&oldest).unwrap_or(0);
             self.slots.remove(&oldest);
         }
