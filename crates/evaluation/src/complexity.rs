@@ -1,0 +1,87 @@
+//! How much there is of a model.
+
+use crate::city::City;
+use crate::footprints::BlockMatch;
+use crate::statistics::ratio;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// Size of LOD2 (LOD1 where a building has no LOD2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Size {
+    /// Buildings.
+    pub buildings: usize,
+    /// Polygons.
+    pub polygons: usize,
+    /// Triangles of their triangulation.
+    pub triangles: usize,
+    /// Different positions (to 0.1 mm) in each building.
+    pub vertices: usize,
+}
+
+/// Means for one building.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PerBuilding {
+    /// Polygons.
+    pub polygons: f64,
+    /// Triangles.
+    pub triangles: f64,
+    /// Vertices.
+    pub vertices: f64,
+}
+
+/// Complexity against the truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Complexity {
+    /// The whole truth.
+    pub truth: Size,
+    /// The whole result.
+    pub result: Size,
+    /// Means of the truth.
+    pub truth_per_building: PerBuilding,
+    /// Means of the result.
+    pub result_per_building: PerBuilding,
+    /// Result against truth, over connected blocks that have both.
+    pub against_truth: PerBuilding,
+}
+
+fn size<'a>(city: &City<'_>, members: impl IntoIterator<Item = &'a usize>) -> Size {
+    let mut out = Size::default();
+    for &i in members {
+        let object = &city.objects[i];
+        let polygons: BTreeSet<u32> = object.facets.iter().map(|f| f.face).collect();
+        let key = |p: gable_geometry::DVec3| [p.x, p.y, p.z].map(|v| (v * 10_000.0).round() as i64);
+        let vertices: BTreeSet<[i64; 3]> = object.facets.iter().flat_map(|f| f.corners).map(key).collect();
+        out.buildings += 1;
+        out.polygons += polygons.len();
+        out.triangles += object.facets.len();
+        out.vertices += vertices.len();
+    }
+    out
+}
+
+fn against(part: Size, whole: [f64; 3]) -> PerBuilding {
+    PerBuilding {
+        polygons: ratio(part.polygons as f64, whole[0]),
+        triangles: ratio(part.triangles as f64, whole[1]),
+        vertices: ratio(part.vertices as f64, whole[2]),
+    }
+}
+
+pub(crate) fn complexity(truth: &City<'_>, result: &City<'_>, matches: &[BlockMatch]) -> Complexity {
+    let all = |city: &City<'_>| size(city, &(0..city.objects.len()).collect::<Vec<_>>());
+    let both = || matches.iter().filter(|m| !m.partners.is_empty());
+    let ours = size(truth, both().flat_map(|m| &truth.blocks[m.block].members));
+    let partners: BTreeSet<usize> = both().flat_map(|m| m.partners.iter().copied()).collect();
+    let (t, r) = (all(truth), all(result));
+    Complexity {
+        truth_per_building: against(t, [t.buildings as f64; 3]),
+        result_per_building: against(r, [r.buildings as f64; 3]),
+        against_truth: against(
+            size(result, &partners),
+            [ours.polygons as f64, ours.triangles as f64, ours.vertices as f64],
+        ),
+        truth: t,
+        result: r,
+    }
+}

@@ -1,0 +1,156 @@
+//! Distances between surfaces, sampled by area, exact from each point to the nearest triangle.
+
+use crate::city::City;
+use crate::objects::{COVERED, Coverage};
+use crate::statistics::Spread;
+use crate::triangles::{Sample, Triangles, sample};
+use gable_city_model::Semantic;
+use gable_geometry::{Box2, DVec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Distances are cut off here, metres.
+pub const CUT: f64 = 10.0;
+/// Mesh triangles farther than this from every building are not looked at, metres.
+const REACH: f64 = CUT;
+/// Mesh points this near to a roof of the truth are points of that roof, metres.
+const ON_ROOF: f64 = 1.0;
+/// A mesh triangle belongs to a roof only if its unit normal's z is at least this.
+const FACING_UP: f64 = 0.5;
+
+/// Distances by direction, metres: from points spread over the first surface by area (option `density`, always the same for a
+/// seed) to the nearest point of the second. Roofs and walls count; undersides, and walls between two buildings of the same
+/// model, which no camera sees, do not. Distances over 10 m count as 10 m.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Distances {
+    /// From all buildings of the truth to the model.
+    pub truth_to_model: Spread,
+    /// The same from those of 50 m² or more that were found (half of them covered).
+    pub truth_to_model_found_from_50: Spread,
+    /// From the model to the truth.
+    pub model_to_truth: Spread,
+    /// From the model to the mesh that it was made from.
+    pub model_to_mesh: Option<Spread>,
+    /// From the truth to the mesh: what the model cannot know better.
+    pub truth_to_mesh: Option<Spread>,
+    /// From points of the mesh that face up and lie within 1 m of the truth's roofs, to the model's roofs.
+    pub roof_points_to_roofs: Option<Spread>,
+}
+
+/// The mesh near buildings.
+pub(crate) fn mesh_near(mesh: impl Iterator<Item = [DVec3; 3]>, cities: [&City<'_>; 2]) -> Vec<[DVec3; 3]> {
+    let mask = Mask::new(cities);
+    mesh.filter(|t| t.iter().all(|p| p.is_finite()) && mask.touches(t)).collect()
+}
+
+/// Square cells near a building.
+struct Mask {
+    bounds: Box2,
+    width: usize,
+    cells: Vec<bool>,
+}
+
+impl Mask {
+    const CELL: f64 = 4.0;
+
+    fn new(cities: [&City<'_>; 2]) -> Self {
+        let plans: Vec<Box2> = cities.iter().flat_map(|c| &c.objects).map(|o| o.plan().grown(REACH)).collect();
+        let bounds = Box2::of(plans.iter().filter(|b| !b.is_empty()).flat_map(|b| [b.min, b.max]));
+        if bounds.is_empty() {
+            return Self { bounds, width: 0, cells: Vec::new() };
+        }
+        let size = (bounds.size() / Self::CELL).ceil() + 1.0;
+        let (width, height) = (size.x as usize, size.y as usize);
+        let mut mask = Self { bounds, width, cells: vec![false; width * height] };
+        for plan in plans.into_iter().filter(|b| !b.is_empty()) {
+            let (low, high) = mask.range(plan);
+            for row in low[1]..=high[1] {
+                mask.cells[row * width + low[0]..=row * width + high[0]].fill(true);
+            }
+        }
+        mask
+    }
+
+    fn range(&self, plan: Box2) -> ([usize; 2], [usize; 2]) {
+        let cell = |p: gable_geometry::DVec2| {
+            let at = (p.clamp(self.bounds.min, self.bounds.max) - self.bounds.min) / Self::CELL;
+            [at.x as usize, at.y as usize]
+        };
+        (cell(plan.min), cell(plan.max))
+    }
+
+    fn touches(&self, triangle: &[DVec3; 3]) -> bool {
+        let plan = Box2::of(triangle.iter().map(|p| p.truncate()));
+        if !plan.intersects(&self.bounds) {
+            return false;
+        }
+        let (low, high) = self.range(plan);
+        (low[1]..=high[1]).any(|row| self.cells[row * self.width + low[0]..=row * self.width + high[0]].contains(&true))
+    }
+}
+
+/// Points on the outside of each building.
+fn outside(city: &City<'_>, density: f64, seed: u64) -> Vec<Vec<Sample>> {
+    let one = |(i, object): (usize, &crate::city::Object<'_>)| {
+        let mut out = Vec::new();
+        for (k, facet) in object.facets.iter().enumerate().filter(|(_, f)| f.semantic != Semantic::GroundSurface) {
+            let first = out.len();
+            sample(facet.corners, density, seed, &[i as i64, k as i64], &mut out);
+            if facet.semantic == Semantic::WallSurface {
+                let kept: Vec<Sample> = out.drain(first..).filter(|s| city.is_outside(s.position, s.normal)).collect();
+                out.extend(kept);
+            }
+        }
+        out
+    };
+    city.objects.par_iter().enumerate().map(one).collect()
+}
+
+fn triangles(city: &City<'_>, keep: impl Fn(Semantic) -> bool) -> Triangles {
+    let facets = city.objects.iter().flat_map(|o| &o.facets);
+    Triangles::new(facets.filter(|f| keep(f.semantic)).map(|f| f.corners).collect())
+}
+
+fn measure<'a>(samples: impl IntoIterator<Item = &'a Vec<Sample>>, to: &Triangles) -> Spread {
+    let groups: Vec<&Vec<Sample>> = samples.into_iter().collect();
+    let distances: Vec<Vec<f64>> =
+        groups.par_iter().map(|g| g.iter().map(|s| to.distance(s.position, CUT)).collect()).collect();
+    Spread::of(distances.concat())
+}
+
+pub(crate) fn distances(
+    truth: &City<'_>,
+    result: &City<'_>,
+    coverage: &Coverage,
+    mesh: Option<Vec<[DVec3; 3]>>,
+    density: f64,
+    seed: u64,
+) -> Distances {
+    let (ours, theirs) = (outside(truth, density, seed), outside(result, density, seed));
+    let (truth_triangles, model) = (triangles(truth, |_| true), triangles(result, |_| true));
+    let found = |i: usize| truth.objects[i].area >= 50.0 && coverage.truth[i] >= COVERED;
+    let found = ours.iter().enumerate().filter(|(i, _)| found(*i)).map(|(_, s)| s);
+    let mut out = Distances {
+        truth_to_model: measure(&ours, &model),
+        truth_to_model_found_from_50: measure(found, &model),
+        model_to_truth: measure(&theirs, &truth_triangles),
+        ..Distances::default()
+    };
+    if let Some(mesh) = mesh {
+        let is_roof = |s: Semantic| s == Semantic::RoofSurface;
+        let (truth_roofs, model_roofs) = (triangles(truth, is_roof), triangles(result, is_roof));
+        let on_roof = |(k, &t): (usize, &[DVec3; 3])| {
+            let mut points = Vec::new();
+            sample(t, density, seed, &[-1, k as i64], &mut points);
+            points.retain(|s| s.normal.z >= FACING_UP && truth_roofs.distance(s.position, 2.0 * ON_ROOF) <= ON_ROOF);
+            points
+        };
+        let roof_points: Vec<Vec<Sample>> =
+            mesh.par_iter().enumerate().map(on_roof).filter(|p| !p.is_empty()).collect();
+        out.roof_points_to_roofs = Some(measure(&roof_points, &model_roofs));
+        let mesh = Triangles::new(mesh);
+        out.model_to_mesh = Some(measure(&theirs, &mesh));
+        out.truth_to_mesh = Some(measure(&ours, &mesh));
+    }
+    out
+}
