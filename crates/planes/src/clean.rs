@@ -79,7 +79,7 @@ mod tests {
                 _ => 1,
             };
         }
-        assert_eq!(core_counts(&partition, 2), [0, 23 * 36, 1, 6 * 36 - 6]);
+        assert_eq!(core_counts(&partition, 2), [0, 23 * 36, 1, 6 * 36 - 25]);
         assert_eq!(clean(&mut partition, 3.0, 1.0, 3.7), 3);
         assert_eq!(partition.planes, [[0.1, 0.0, 0.0]]);
         assert_eq!((partition.labels[0], partition.labels[10], partition.labels[39]), (UNASSIGNED, 0, UNASSIGNED));
