@@ -1,8 +1,8 @@
 //! Triangles as bytes that compress well, and back.
 //!
-//! Triangles of a mesh share corners, and neighbours follow each other. So each distinct corner
-//! (position, texture coordinate, colour) is written once, in the order of its first use, as the
-//! difference from the one before; triangles name corners by how far back they are.
+//! Triangles of a mesh share corners, and neighbours follow each other. So each distinct place
+//! (position and colour) and each distinct texture coordinate is written once, in the order of its
+//! first use, as the difference from the one before; triangles name them by how far back they are.
 
 use crate::bytes::{put, take, unzigzag, zigzag};
 use crate::triangle::BlockTriangle;
@@ -10,103 +10,143 @@ use crate::triangle::BlockTriangle;
 /// Why bytes are no triangles.
 pub(crate) type Fault = &'static str;
 
-/// A corner as whole numbers: x, y, z, u's bits, v's bits, colour.
-type Corner = [i32; 6];
+const ENDS: Fault = "the body ends too early";
+const RANGE: Fault = "a number in the body is out of range";
 
-const COLUMNS: usize = 6;
+/// x, y, z, colour.
+type Place = [i32; 4];
+/// The bits of u and v.
+type Uv = [i32; 2];
 
-fn corner(triangle: &BlockTriangle, at: usize) -> Corner {
+fn place(triangle: &BlockTriangle, at: usize) -> Place {
     let [x, y, z] = triangle.corners[at];
-    let [u, v] = triangle.uv[at].map(|c| c.to_bits() as i32);
-    [x, y, z, u, v, i32::from_le_bytes(triangle.colours[at])]
+    [x, y, z, i32::from_le_bytes(triangle.colours[at])]
+}
+
+fn uv(triangle: &BlockTriangle, at: usize) -> Uv {
+    triangle.uv[at].map(|c| c.to_bits() as i32)
 }
 
 /// Appends triangles; see the crate's page for the layout. O(n).
 pub(crate) fn encode(triangles: &[BlockTriangle], out: &mut Vec<u8>) {
-    let mut seen = Seen::for_corners(3 * triangles.len());
-    let mut references = Vec::with_capacity(4 * triangles.len());
-    for triangle in triangles {
-        for at in 0..3 {
-            let count = seen.corners.len() as u32;
-            let index = seen.index(corner(triangle, at));
-            put(&mut references, u64::from(count - index));
-        }
-    }
-    put(out, seen.corners.len() as u64);
-    let mut column = Vec::new();
-    for axis in 0..COLUMNS {
-        column.clear();
-        let mut last = 0i32;
-        for corner in &seen.corners {
-            put(&mut column, zigzag(corner[axis].wrapping_sub(last)));
-            last = corner[axis];
-        }
-        section(out, &column);
-    }
-    section(out, &references);
-    column.clear();
+    put_table(triangles, place, out);
+    put_table(triangles, uv, out);
+    let mut runs = Vec::new();
     let mut last = 0u32;
     for run in triangles.chunk_by(|a, b| a.material == b.material) {
-        put(&mut column, zigzag(run[0].material.wrapping_sub(last) as i32));
-        put(&mut column, run.len() as u64);
+        put(&mut runs, zigzag(run[0].material.wrapping_sub(last) as i32));
+        put(&mut runs, run.len() as u64);
         last = run[0].material;
     }
-    section(out, &column);
+    section(out, &runs);
 }
 
 /// Takes `count` triangles from the front. O(n); never reserves more than the bytes can hold.
 pub(crate) fn decode(bytes: &mut &[u8], count: u64) -> Result<Vec<BlockTriangle>, Fault> {
-    const ENDS: Fault = "the body ends too early";
-    const RANGE: Fault = "a number in the body is out of range";
-    let corners = take(bytes).ok_or(ENDS)?;
-    let mut table: Vec<Corner> = Vec::new();
-    for axis in 0..COLUMNS {
-        let mut column = part(bytes).ok_or(ENDS)?;
-        // A number takes a byte at least.
-        if corners > column.len() as u64 {
-            return Err(ENDS);
-        }
-        table.resize(corners as usize, [0; COLUMNS]);
-        let mut last = 0i32;
-        for corner in &mut table {
-            let step = take(&mut column).ok_or(ENDS)?;
-            last = last.wrapping_add(unzigzag(step).ok_or(RANGE)?);
-            corner[axis] = last;
-        }
-        if !column.is_empty() {
-            return Err(RANGE);
-        }
-    }
-    let mut references = part(bytes).ok_or(ENDS)?;
-    let mut materials = part(bytes).ok_or(ENDS)?;
-    if count.checked_mul(3).is_none_or(|least| least > references.len() as u64) {
-        return Err(ENDS);
-    }
+    let mut places = Table::<4>::take(bytes, count)?;
+    let mut uvs = Table::<2>::take(bytes, count)?;
+    let mut runs = part(bytes).ok_or(ENDS)?;
     let mut triangles = Vec::with_capacity(count as usize);
-    let (mut next, mut material, mut run) = (0u64, 0u32, 0u64);
+    let (mut material, mut run) = (0u32, 0u64);
     for _ in 0..count {
         while run == 0 {
-            let step = unzigzag(take(&mut materials).ok_or(ENDS)?).ok_or(RANGE)?;
+            let step = unzigzag(take(&mut runs).ok_or(ENDS)?).ok_or(RANGE)?;
             material = material.wrapping_add(step as u32);
-            run = take(&mut materials).ok_or(ENDS)?;
+            run = take(&mut runs).ok_or(ENDS)?;
         }
         run -= 1;
         let mut triangle = BlockTriangle { material, ..BlockTriangle::default() };
         for at in 0..3 {
-            let back = take(&mut references).ok_or(ENDS)?;
-            let index = next.checked_sub(back).ok_or(RANGE)?;
-            next += u64::from(back == 0);
-            let [x, y, z, u, v, colour] = *table.get(index as usize).ok_or(RANGE)?;
+            let [x, y, z, colour] = places.next()?;
             triangle.corners[at] = [x, y, z];
-            triangle.uv[at] = [u, v].map(|c| f32::from_bits(c as u32));
             triangle.colours[at] = colour.to_le_bytes();
+            triangle.uv[at] = uvs.next()?.map(|c| f32::from_bits(c as u32));
         }
         triangles.push(triangle);
     }
-    if !references.is_empty() || !materials.is_empty() || run != 0 || next != corners {
+    if !runs.is_empty() || run != 0 || !places.is_spent() || !uvs.is_spent() {
         return Err(RANGE);
     }
     Ok(triangles)
+}
+
+/// Appends the distinct values of all corners, column by column, and how far back each corner's is.
+fn put_table<const N: usize>(
+    triangles: &[BlockTriangle],
+    value: fn(&BlockTriangle, usize) -> [i32; N],
+    out: &mut Vec<u8>,
+) {
+    let mut seen = Seen::for_values(3 * triangles.len());
+    let mut references = Vec::with_capacity(4 * triangles.len());
+    for triangle in triangles {
+        for at in 0..3 {
+            let count = seen.values.len() as u32;
+            let index = seen.index(value(triangle, at));
+            put(&mut references, u64::from(count - index));
+        }
+    }
+    put(out, seen.values.len() as u64);
+    let mut column = Vec::new();
+    for axis in 0..N {
+        column.clear();
+        let mut last = 0i32;
+        for value in &seen.values {
+            put(&mut column, zigzag(value[axis].wrapping_sub(last)));
+            last = value[axis];
+        }
+        section(out, &column);
+    }
+    section(out, &references);
+}
+
+/// What [`put_table`] wrote, corner by corner.
+struct Table<'a, const N: usize> {
+    values: Vec<[i32; N]>,
+    references: &'a [u8],
+    /// Values that corners have used so far.
+    used: u64,
+}
+
+impl<'a, const N: usize> Table<'a, N> {
+    fn take(bytes: &mut &'a [u8], triangles: u64) -> Result<Self, Fault> {
+        let count = take(bytes).ok_or(ENDS)?;
+        let mut values: Vec<[i32; N]> = Vec::new();
+        for axis in 0..N {
+            let mut column = part(bytes).ok_or(ENDS)?;
+            // A number takes a byte at least.
+            if count > column.len() as u64 {
+                return Err(ENDS);
+            }
+            values.resize(count as usize, [0; N]);
+            let mut last = 0i32;
+            for value in &mut values {
+                let step = take(&mut column).ok_or(ENDS)?;
+                last = last.wrapping_add(unzigzag(step).ok_or(RANGE)?);
+                value[axis] = last;
+            }
+            if !column.is_empty() {
+                return Err(RANGE);
+            }
+        }
+        let references = part(bytes).ok_or(ENDS)?;
+        if triangles.checked_mul(3).is_none_or(|least| least > references.len() as u64) {
+            return Err(ENDS);
+        }
+        Ok(Self { values, references, used: 0 })
+    }
+
+    #[inline]
+    fn next(&mut self) -> Result<[i32; N], Fault> {
+        let back = take(&mut self.references).ok_or(ENDS)?;
+        let index = self.used.checked_sub(back).ok_or(RANGE)?;
+        self.used += u64::from(back == 0);
+        self.values.get(index as usize).copied().ok_or(RANGE)
+    }
+
+    /// Whether every value was used and every corner read.
+    fn is_spent(&self) -> bool {
+        self.references.is_empty() && self.used == self.values.len() as u64
+    }
 }
 
 /// Appends bytes behind their number.
@@ -123,41 +163,43 @@ fn part<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
     Some(part)
 }
 
-/// Corners in the order of their first use, found again by a hash table with linear probing.
-struct Seen {
-    corners: Vec<Corner>,
-    /// Index of a corner plus one; 0 where free.
+/// Values in the order of their first use, found again by a hash table with linear probing.
+struct Seen<const N: usize> {
+    values: Vec<[i32; N]>,
+    /// Index of a value plus one; 0 where free.
     slots: Vec<u32>,
 }
 
-impl Seen {
-    fn for_corners(most: usize) -> Self {
-        Self { corners: Vec::new(), slots: vec![0; (2 * most).next_power_of_two().max(2)] }
+impl<const N: usize> Seen<N> {
+    fn for_values(most: usize) -> Self {
+        Self { values: Vec::new(), slots: vec![0; (2 * most).next_power_of_two().max(2)] }
     }
 
-    /// The index of a corner, which is added if it is new.
-    fn index(&mut self, corner: Corner) -> u32 {
+    /// The index of a value, which is added if it is new.
+    #[inline]
+    fn index(&mut self, value: [i32; N]) -> u32 {
         let mask = self.slots.len() - 1;
-        let mut at = hash(&corner) as usize & mask;
+        let mut at = hash(&value) as usize & mask;
         loop {
             match self.slots[at] {
                 0 => {
-                    self.corners.push(corner);
-                    self.slots[at] = self.corners.len() as u32;
-                    return self.corners.len() as u32 - 1;
+                    self.values.push(value);
+                    self.slots[at] = self.values.len() as u32;
+                    return self.values.len() as u32 - 1;
                 }
-                index if self.corners[index as usize - 1] == corner => return index - 1,
+                index if self.values[index as usize - 1] == value => return index - 1,
                 _ => at = (at + 1) & mask,
             }
         }
     }
 }
 
-/// Mixes the numbers of a corner, two at a time.
-fn hash(corner: &Corner) -> u64 {
+/// Mixes the numbers of a value, two at a time.
+#[inline]
+fn hash<const N: usize>(value: &[i32; N]) -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    for pair in corner.chunks_exact(2) {
-        let word = u64::from(pair[0] as u32) << 32 | u64::from(pair[1] as u32);
+    for pair in value.chunks(2) {
+        let word = pair.iter().fold(0, |word, v| word << 32 | u64::from(*v as u32));
         state = (state ^ word).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         state ^= state >> 29;
     }

@@ -1,0 +1,41 @@
+//! Real meshes, where they are.
+
+use crate::scenes::{Folder, count};
+use gable_blocks::{BlockMesh, clean};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// The folder of the real meshes, where there is one.
+fn data() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("GABLE_TEST_DATA").map_or(beside, PathBuf::from);
+    folder.is_dir().then_some(folder)
+}
+
+#[test]
+fn the_grid_changes_no_triangle_of_real_meshes() {
+    let Some(data) = data() else {
+        eprintln!("skipped: no test data beside the workspace, nor at GABLE_TEST_DATA");
+        return;
+    };
+    for (name, triangles) in [("frankfurt/mesh.obj", 49_413), ("dayanta", 65_337), ("block/block.off", 47_030)] {
+        let folder = Folder::new();
+        let one = folder.split(&data.join(name), count(1, 1), "one").expect("splits");
+        let many = folder.split(&data.join(name), count(16, 16), "many").expect("splits");
+        assert_eq!(one.counts.triangles, triangles, "{name}");
+        assert_eq!(one.outliers, many.outliers);
+        assert_eq!(one.outliers.parts, 0, "{name}");
+        let all = folder.blocks(&one, "one").remove(0);
+        assert_eq!(all.len() as u64, triangles, "{name}");
+        let key = |t: &gable_blocks::BlockTriangle| (t.corners, t.uv.map(|uv| uv.map(f32::to_bits)), t.material);
+        let whole: BTreeSet<_> = all.iter().map(key).collect();
+        let parts: BTreeSet<_> = folder.blocks(&many, "many").iter().flatten().map(key).collect();
+        assert!(whole == parts, "{name}: the union of the blocks is not the scene");
+        let mut mesh = BlockMesh { triangles: all };
+        let report = clean(&mut mesh);
+        assert_eq!(mesh.triangles.len() as u64 + report.degenerate + report.duplicate, triangles);
+        let bytes: u64 = one.blocks.iter().map(|b| b.bytes).sum();
+        assert!(bytes < 25 * triangles, "{name}: {bytes} bytes");
+        eprintln!("{name}: {:.1} bytes per triangle, {report:?}", bytes as f64 / triangles as f64);
+    }
+}
