@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bins;
+pub mod calibration;
 mod error;
 mod noise;
 mod output;

@@ -1,11 +1,12 @@
 //! From the scene to a mesh with the defects of multi-view stereo, tile by tile.
 
 pub(crate) mod columns;
+pub(crate) mod contour;
 pub(crate) mod decimate;
 pub(crate) mod defects;
 pub(crate) mod field;
 pub(crate) mod horizon;
-pub(crate) mod surface_nets;
+
 
 use gable_geometry::DVec3;
 

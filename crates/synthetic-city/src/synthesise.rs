@@ -5,7 +5,7 @@ use crate::output::{obj, truth};
 use crate::params::{Source, SynthParams, SynthProgress, SynthReport};
 use crate::scene::{Scene, case, from_truth, town};
 use crate::sensing::columns::Columns;
-use crate::sensing::{COLUMN, TriMesh, VOXEL, decimate, defects, field, surface_nets};
+use crate::sensing::{COLUMN, TriMesh, VOXEL, decimate, defects, field, contour};
 use crate::texture::{atlas, paint::Painter, render};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -134,7 +134,7 @@ fn sense_tile(scene: &Scene, params: &SynthParams, tile: &Tile) -> (Columns, Tri
     );
     let (nx, ny) = ((x1 - x0 + 2 * RIM) as usize, (y1 - y0 + 2 * RIM) as usize);
     let field = field::sense(&columns, params.seed, params.noise, x0 - RIM, y0 - RIM, nx, ny);
-    let fine = surface_nets::surface(&field, tile.core);
+    let fine = contour::surface(&field, tile.core);
     let area = (x1 - x0) as f64 * (y1 - y0) as f64 * VOXEL * VOXEL;
     let mut mesh = decimate::decimate(&fine, (area * params.density) as usize);
     if params.noise > 0.0 {

@@ -48,11 +48,14 @@ pub enum RoofCase {
     FourBlocks,
     /// A hall of 196 m through ten blocks of 20 m.
     TenBlocks,
+    /// A long gabled hall and a hipped block with dormers, low flat buildings between them, cars and
+    /// a tree, on 104 × 116 m: like the real mesh that the defects were measured on.
+    TwoHalls,
 }
 
 impl RoofCase {
     /// Every case.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Gable,
         Self::Hip,
         Self::HalfHip,
@@ -72,6 +75,7 @@ impl RoofCase {
         Self::UnderTree,
         Self::FourBlocks,
         Self::TenBlocks,
+        Self::TwoHalls,
     ];
 }
 
@@ -80,6 +84,7 @@ pub(crate) fn scene(case: RoofCase, seed: u64, slope: f64) -> Scene {
     let (size, slope) = match case {
         RoofCase::FourBlocks => (dvec2(80.0, 80.0), slope),
         RoofCase::TenBlocks => (dvec2(220.0, 40.0), slope),
+        RoofCase::TwoHalls => (dvec2(104.0, 116.0), slope),
         RoofCase::Courtyard => (dvec2(60.0, 60.0), slope),
         RoofCase::OnSlope => (dvec2(40.0, 40.0), slope.max(0.15)),
         _ => (dvec2(40.0, 40.0), slope),
@@ -100,7 +105,7 @@ pub(crate) fn scene(case: RoofCase, seed: u64, slope: f64) -> Scene {
         RoofCase::CrossGable => Form::CrossGable,
         RoofCase::LShape | RoofCase::FourBlocks => Form::LShape,
         RoofCase::TShape => Form::TShape,
-        RoofCase::FlatParapet | RoofCase::PartyWalls | RoofCase::TenBlocks => Form::Flat,
+        RoofCase::FlatParapet | RoofCase::PartyWalls | RoofCase::TenBlocks | RoofCase::TwoHalls => Form::Flat,
         RoofCase::Terraces => Form::Terraces,
         RoofCase::Courtyard => Form::Courtyard,
         RoofCase::RoundTower => Form::Tower,
@@ -118,6 +123,7 @@ pub(crate) fn scene(case: RoofCase, seed: u64, slope: f64) -> Scene {
             let hall = Oblong { half_length: 98.0, half_width: 7.0, ..plan };
             b.house(Form::Gable, &hall, 7.0, 0.5, &mut c);
         }
+        RoofCase::TwoHalls => two_halls(&mut b, size / 2.0, &mut c),
         RoofCase::FourBlocks => {
             let large = Oblong { half_length: 28.0, half_width: 22.0, ..plan };
             let shape = [
@@ -148,4 +154,22 @@ pub(crate) fn scene(case: RoofCase, seed: u64, slope: f64) -> Scene {
         b.trees.push(Tree { place, ground, height: 13.0, radius: 4.5, clear: 3.0, species: Species::Broadleaf, seed });
     }
     b.finish()
+}
+
+fn two_halls(b: &mut Builder, centre: DVec2, c: &mut Counter) {
+    let yard = Oblong { centre, axis: axis(8.0), half_length: 49.0, half_width: 42.0 };
+    b.patch(Cover::Parking, yard);
+    let hall = Oblong { centre: yard.at(-0.05, 0.38), half_length: 31.0, half_width: 9.0, ..yard };
+    b.house(Form::Gable, &hall, 7.5, 0.55, c);
+    let block = Oblong { centre: yard.at(0.0, -0.5), half_length: 24.0, half_width: 6.8, ..yard };
+    b.house(Form::Hip, &block, 9.0, 0.8, c);
+    for s in [-0.45, 0.05, 0.45] {
+        let low = Oblong { centre: yard.at(s, -0.11), half_length: 6.0, half_width: 5.5, ..yard };
+        b.house(Form::Flat, &low, 3.6, 0.0, c);
+    }
+    for t in [0.72, 0.92] {
+        b.cars(yard.at(-0.9, t), yard.at(0.9, t), 2.8, 0.5, true, c);
+    }
+    b.cars(yard.at(-0.9, -0.85), yard.at(0.9, -0.85), 6.0, 0.6, false, c);
+    b.tree(yard.at(0.72, -0.05), c);
 }

@@ -1,16 +1,13 @@
 //! Edge collapse with quadric error (Garland and Heckbert 1997) down to a number of faces.
 //!
-//! Borders and non-manifold edges stay as they are, so that tiles keep meeting. Each quadric carries a
-//! small share of the distance to its vertex, which keeps triangles even where the surface is flat.
+//! Borders are thinned along themselves only and held by planes that stand on them, so that tiles keep
+//! meeting to within some centimetres; non-manifold edges stay as they are.
 //! O(n log n); ties go by vertex number, so the result depends on the input only.
 
 use super::TriMesh;
 use gable_geometry::DVec3;
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
-
-/// Weight of the distance to the old vertex against the distance to its planes.
-const REGULARITY: f64 = 2e-3;
+use std::collections::BinaryHeap;
 
 /// Symmetric 4×4 form: squared distance to weighted planes.
 #[derive(Clone, Copy, Default)]
@@ -39,10 +36,6 @@ impl Quadric {
             linear: m * d,
             constant: w * d * d,
         }
-    }
-
-    fn point(p: DVec3, w: f64) -> Self {
-        Self { xx: w, yy: w, zz: w, linear: -p * w, constant: w * p.length_squared(), ..Self::default() }
     }
 
     fn add(&mut self, o: &Self) {
@@ -120,7 +113,10 @@ struct Work {
     alive: Vec<bool>,
     around: Vec<Vec<u32>>,
     forms: Vec<Quadric>,
+    /// Vertices of non-manifold edges: these never move.
     fixed: Vec<bool>,
+    /// Vertices of edges with one face.
+    border: Vec<bool>,
     stamps: Vec<u32>,
 }
 
@@ -173,9 +169,10 @@ fn prepare(mesh: &TriMesh, origin: DVec3) -> Work {
         around: vec![Vec::with_capacity(6); n],
         forms: vec![Quadric::default(); n],
         fixed: vec![false; n],
+        border: vec![false; n],
         stamps: vec![0; n],
     };
-    let mut sides: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * mesh.faces.len());
     for (f, face) in mesh.faces.iter().enumerate() {
         let [a, b, c] = face.map(|v| work.places[v as usize]);
         let normal = (b - a).cross(c - a);
@@ -184,16 +181,25 @@ fn prepare(mesh: &TriMesh, origin: DVec3) -> Work {
         for (k, &v) in face.iter().enumerate() {
             work.around[v as usize].push(f as u32);
             work.forms[v as usize].add(&form);
-            let soft = Quadric::point(work.places[v as usize], REGULARITY * area);
-            work.forms[v as usize].add(&soft);
             let w = face[(k + 1) % 3];
-            *sides.entry((v.min(w), v.max(w))).or_default() += 1;
+            sides.push((v.min(w), v.max(w), f as u32));
         }
     }
-    for ((u, v), count) in sides {
-        if count != 2 {
+    sides.sort_unstable();
+    for same in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let (u, v, f) = same[0];
+        if same.len() > 2 {
             work.fixed[u as usize] = true;
             work.fixed[v as usize] = true;
+        } else if same.len() == 1 {
+            work.border[u as usize] = true;
+            work.border[v as usize] = true;
+            // A plane on the border, upright on its face.
+            let (p, q) = (work.places[u as usize], work.places[v as usize]);
+            let upright = (q - p).cross(mesh.area_normal(f as usize)).normalize_or_zero();
+            let form = Quadric::plane(upright, p, p.distance_squared(q));
+            work.forms[u as usize].add(&form);
+            work.forms[v as usize].add(&form);
         }
     }
     work
@@ -201,6 +207,9 @@ fn prepare(mesh: &TriMesh, origin: DVec3) -> Work {
 
 fn push(work: &Work, heap: &mut BinaryHeap<Candidate>, u: u32, v: u32) {
     if work.fixed[u as usize] && work.fixed[v as usize] {
+        return;
+    }
+    if work.border[u as usize] && work.border[v as usize] && work.shared_faces(u, v) != 1 {
         return;
     }
     let (_, cost) = work.best_place(u, v);
@@ -213,7 +222,10 @@ impl Work {
         let mut form = self.forms[u as usize];
         form.add(&self.forms[v as usize]);
         let (p, q) = (self.places[u as usize], self.places[v as usize]);
-        let ends: &[DVec3] = match (self.fixed[u as usize], self.fixed[v as usize]) {
+        let held = |w: u32, other: u32| {
+            self.fixed[w as usize] || (self.border[w as usize] && !self.border[other as usize])
+        };
+        let ends: &[DVec3] = match (held(u, v), held(v, u)) {
             (true, _) => &[p],
             (_, true) => &[q],
             _ => &[p, q, p.midpoint(q)],
@@ -232,6 +244,10 @@ impl Work {
             }
         }
         best
+    }
+
+    fn shared_faces(&self, u: u32, v: u32) -> usize {
+        self.around[u as usize].iter().filter(|&&f| self.faces[f as usize].contains(&v)).count()
     }
 
     fn neighbours(&self, v: u32) -> Vec<u32> {
@@ -291,6 +307,7 @@ impl Work {
         self.forms[u as usize].add(&form);
         self.places[u as usize] = place;
         self.fixed[u as usize] |= self.fixed[v as usize];
+        self.border[u as usize] |= self.border[v as usize];
         // A vertex's stamp only grows, so the sum of two stamps tells old candidates from new ones.
         self.stamps[u as usize] += 1 + self.stamps[v as usize];
         gone

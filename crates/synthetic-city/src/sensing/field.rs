@@ -15,11 +15,13 @@ use crate::noise::noise3;
 use gable_geometry::{DVec3, dvec3};
 
 /// Deviation of the blur in metres, voxel and column averaging included.
-pub(crate) const SIGMA: f64 = 0.27;
+pub(crate) const SIGMA: f64 = 0.15;
 /// How much of the unseen is taken for solid with 0, 1 and 2 views; from 3 views on, nothing.
 const FILL: [f32; 3] = [0.9, 0.55, 0.2];
 /// Lattice pitches (metres) and amplitudes (metres) of the noise.
-const NOISE: [(f64, f64); 3] = [(1.1, 0.15), (3.2, 0.12), (9.0, 0.10)];
+const NOISE: [(f64, f64); 2] = [(0.97, 0.16), (5.0, 0.11)];
+/// How unevenly noise lies over the city: smooth where the surface has texture, rough where it has none.
+const UNEVEN: f64 = 2.5;
 
 /// Samples of the field at the centres of voxels; positive inside.
 pub(crate) struct Field {
@@ -76,7 +78,8 @@ pub(crate) fn sense(columns: &Columns, seed: u64, noise: f64, x0: i64, y0: i64, 
                 if noise > 0.0 && occupied > 0.015 && occupied < 0.985 {
                     let p = field.centre(i, j, l);
                     let weak = f64::from(fill(&field.seen[j * nx + i], p.z as f32));
-                    d += (noise * (1.0 + 1.5 * weak) * correlated(seed, p)) as f32;
+                    let leafy = if columns.at(p.truncate()).crown.1 > p.z as f32 - 0.6 { 3.0 } else { 0.0 };
+                    d += (noise * (1.0 + 1.5 * weak + leafy) * correlated(seed, p)) as f32;
                 }
                 field.distance[k] = d;
                 k += 1;
@@ -88,7 +91,8 @@ pub(crate) fn sense(columns: &Columns, seed: u64, noise: f64, x0: i64, y0: i64, 
 
 /// Noise of several wavelengths, metres.
 pub(crate) fn correlated(seed: u64, p: DVec3) -> f64 {
-    NOISE.iter().enumerate().map(|(n, (pitch, gain))| gain * noise3(seed ^ (0xa0 + n as u64), *pitch, p)).sum()
+    let texture = (UNEVEN * noise3(seed ^ 0xaf, 8.0, p)).exp();
+    texture * NOISE.iter().enumerate().map(|(n, (pitch, gain))| gain * noise3(seed ^ (0xa0 + n as u64), *pitch, p)).sum::<f64>()
 }
 
 /// Heights above which at least 1, 2 and 3 of eight cameras see (four at 45°, four at 73°).

@@ -104,7 +104,9 @@ impl<'a> Painter<'a> {
         };
         // Dust and wear over everything, the same from all sides.
         albedo = scale(albedo, 1.0 + 0.05 * noise2(scene.seed ^ 0xd, 23.0, q.x, q.y));
-        let lit = f64::from(self.lit(p)) * light.dot(SUN).max(0.0);
+        // Steep places are asked a little before the surface, where the object's own roof is no obstacle.
+        let before = p + (normal.truncate().normalize_or_zero() * (1.0 - normal.z.abs()) * 0.5).extend(0.0);
+        let lit = f64::from(self.lit(before)) * light.dot(SUN).max(0.0);
         let sky = 0.5 + 0.14 * light.z;
         let shine = [sky * 0.94 + 0.66 * lit, sky * 0.98 + 0.62 * lit, sky * 1.06 + 0.55 * lit];
         std::array::from_fn(|k| albedo[k] * image[k] * shine[k] as f32)
