@@ -1,0 +1,11 @@
+//! What the end-to-end tests share: the real binary, synthetic cities made once, and the comparison of results.
+
+mod binary;
+mod city;
+mod result;
+mod skip;
+
+pub use binary::{Finished, gable, run_gable, start_gable};
+pub use city::{case, town};
+pub use result::{Tile, bytes_of_models, footprint_iou, footprints, read_city, tiles};
+pub use skip::{schemas, skip, test_data};

@@ -1,0 +1,91 @@
+//! The command line: help, parameters, exit codes, and where what is written.
+
+use gable_tests::run_gable;
+
+#[test]
+fn every_command_has_help_with_examples() {
+    let help = run_gable(&["--help"]).success().stdout;
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|line| line.starts_with("  "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.contains(&"run") && commands.contains(&"params"), "{help}");
+    for command in commands {
+        let help = run_gable(&[command, "--help"]).success().stdout;
+        assert!(help.contains("Examples:") && help.contains(&format!("gable {command}")), "{command}:\n{help}");
+    }
+    assert!(help.contains("130 interrupted"), "exit codes are in the help");
+}
+
+#[test]
+fn parameters_are_listed_for_people_and_programs() {
+    let text = run_gable(&["params"]).success().stdout;
+    assert!(text.contains("sampling.step") && text.contains("0.02 to 5"), "{text}");
+    let list = run_gable(&["params", "--preset", "fine", "--json"]).success().json();
+    let step = list["parameters"].as_array().unwrap().iter().find(|p| p["name"] == "sampling.step").unwrap().clone();
+    assert_eq!((&step["unit"], &step["default"], &step["value"]), (&"m".into(), &"0.2".into(), &"0.1".into()));
+    let filtered = run_gable(&["params", "beta"]).success().stdout;
+    assert!(filtered.contains("modeling.beta") && !filtered.contains("sampling.step"));
+}
+
+#[test]
+fn config_files_and_flags_are_layered() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("city.toml");
+    std::fs::write(&config, "preset = 'fast'\n[modeling]\nbeta = 0.7\n").unwrap();
+    let config = config.to_str().unwrap();
+    let list = run_gable(&["params", "--config", config, "--step", "0.3", "--json"]).success().json();
+    let value = |name: &str| {
+        list["parameters"].as_array().unwrap().iter().find(|p| p["name"] == name).unwrap()["value"].clone()
+    };
+    assert_eq!((value("sampling.step"), value("modeling.beta")), ("0.3".into(), "0.7".into()));
+    assert_eq!(value("segmentation.patch"), "256", "the preset holds where nothing else is said");
+}
+
+#[test]
+fn wrong_usage_ends_with_2_and_says_what_to_do() {
+    let cases: &[(&[&str], &str)] = &[
+        (&["run", "x.obj"], "--out"),
+        (&["run", "x.obj", "--out", "o", "--set", "stp=1"], "did you mean \"sampling.step\"?"),
+        (&["run", "x.obj", "--out", "o", "--step", "50"], "give 0.02 to 5 m"),
+        (&["run", "x.obj", "--out", "o", "--grid", "16"], "such as 16x16"),
+        (&["run", "x.obj", "--out", "o", "--grid", "0x4"], "grid.columns = 0 is out of range"),
+        (&["run", "x.obj", "--out", "o", "--preset", "fin"], "did you mean \"fine\"?"),
+        (&["run", "x.obj", "--out", "o", "--crs", "RD"], "EPSG:7415"),
+        (&["run", "x.obj", "--out", "o", "--up", "x"], "one of auto, z, y"),
+        (&["run", "x.obj", "--out", "o", "--formats", "kml"], "cityjson, cityjsonseq, citygml"),
+        (&["run", "x.obj", "--out", "o", "--config", "absent.toml"], "absent.toml"),
+        (&["synth", "--out", "o"], "--procedural"),
+        (&["synth", "--case", "igloo", "--out", "o"], "the cases are gable"),
+        (&["synth", "--procedural", "--density", "99", "--out", "o"], "0.1 to 20 faces per m²"),
+        (&["fly"], "unrecognized subcommand"),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, expected) in cases {
+        let mut arguments: Vec<String> = arguments.iter().map(|a| (*a).to_owned()).collect();
+        // Nothing may be written, and if it were, then not into the checkout.
+        for argument in &mut arguments {
+            if argument == "o" {
+                *argument = folder.path().join("o").display().to_string();
+            }
+        }
+        let finished = run_gable(&arguments);
+        assert_eq!(finished.code, 2, "{arguments:?}: {}", finished.stderr);
+        assert!(finished.stderr.contains(expected), "{arguments:?} should say {expected:?}: {}", finished.stderr);
+        assert!(finished.stdout.is_empty(), "{arguments:?}: messages go to standard error");
+        assert!(!folder.path().join("o").exists(), "{arguments:?} leaves nothing behind");
+    }
+}
+
+#[test]
+fn failures_are_told_as_json_too() {
+    let finished = run_gable(&["run", "/does/not/exist.obj", "--out", "/does/not/exist", "--json"]);
+    assert_eq!(finished.code, 2);
+    let told = finished.json();
+    assert_eq!((told["status"].as_str(), told["exit_code"].as_u64()), (Some("failed"), Some(2)));
+    assert!(told["error"].as_str().unwrap().contains("/does/not/exist.obj"), "{told}");
+}
