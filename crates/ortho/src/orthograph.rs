@@ -1,5 +1,6 @@
 //! The orthograph: what a mesh looks like from straight above, on one window of the pixel lattice.
 
+use crate::scan::floor;
 use crate::{GridWindow, Raster};
 use gable_geometry::DVec3;
 
@@ -98,7 +99,7 @@ pub(crate) fn encode_normal(normal: DVec3) -> [i16; 2] {
         return NO_NORMAL;
     }
     let (x, y) = (n.x / sum, n.y / sum);
-    [x + y, x - y].map(|v| (v * NORMAL_STEPS).round() as i16)
+    [x + y, x - y].map(|v| floor(v * NORMAL_STEPS + 0.5) as i16)
 }
 
 /// The normal of a code.

@@ -4,7 +4,7 @@ use crate::orthograph::quantised_normal;
 use crate::scan::{Gradients, ScanTriangle};
 use crate::texture::Footprint;
 use crate::walls::WallCollector;
-use crate::{GridWindow, Orthograph, TextureSource};
+use crate::{GridWindow, Orthograph, Raster, TextureSource};
 use gable_blocks::{BlockMesh, BlockTriangle};
 use gable_geometry::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -39,9 +39,8 @@ impl Default for SampleParams {
 /// The value of a pixel depends only on the triangles over it: not on the window, the order of the triangles or the
 /// number of threads. Cost: O(triangles + covered pixels).
 pub fn sample(mesh: &BlockMesh, window: GridWindow, textures: &dyn TextureSource, params: &SampleParams) -> Orthograph {
-    let mut out = Orthograph::empty(window);
     if window.is_empty() {
-        return out;
+        return Orthograph::empty(window);
     }
     let bands = (2 * rayon::current_num_threads()).min(window.height.div_ceil(MIN_BAND)).max(1);
     // One thread gains nothing from bands and would look at each triangle more than once.
@@ -52,9 +51,13 @@ pub fn sample(mesh: &BlockMesh, window: GridWindow, textures: &dyn TextureSource
         .map(|row| GridWindow { y0: window.y0 + row as i64, height: rows.min(window.height - row), ..window })
         .collect();
     let sampled: Vec<_> = parts.into_par_iter().map(|part| sample_band(mesh, part, textures, params)).collect();
-    if let [_] = sampled[..] {
-        return sampled.into_iter().next().unwrap_or(out);
+    let mut sampled = sampled;
+    if sampled.len() == 1
+        && let Some(whole) = sampled.pop()
+    {
+        return whole;
     }
+    let mut out = Orthograph::empty(window);
     for part in &sampled {
         out.paste(part);
     }
@@ -68,10 +71,11 @@ fn sample_band(
     params: &SampleParams,
 ) -> Orthograph {
     let flattest_wall = params.wall_angle.sin();
+    let reach = Reach::new(&window);
     let mut top = Top { height: vec![f32::NEG_INFINITY; window.len()], triangle: vec![NONE; window.len()] };
     let mut walls = WallCollector::new(window);
     for (index, triangle) in mesh.triangles.iter().enumerate() {
-        if !touches(triangle, &window) {
+        if !reach.touches(triangle) {
             continue;
         }
         top.draw(mesh, index as u32, &window);
@@ -81,25 +85,38 @@ fn sample_band(
             walls.add(triangle);
         }
     }
-    let mut out = Orthograph { walls: walls.finish(), ..Orthograph::empty(window) };
+    let mut out = Orthograph {
+        height: Raster::filled(window, 0.0),
+        colour: Raster::filled(window, [0; 3]),
+        photographed: Raster::filled(window, false),
+        normal: Raster::filled(window, [0.0; 3]),
+        walls: walls.finish(),
+    };
     top.shade(mesh, textures, &mut out);
-    for (to, from) in out.height.values_mut().iter_mut().zip(&top.height) {
-        if *from > f32::NEG_INFINITY {
-            *to = *from;
-        }
-    }
+    let height = top.height.into_iter().map(|z| if z > f32::NEG_INFINITY { z } else { f32::NAN });
+    out.height = Raster::new(window, height.collect());
     out
 }
 
-/// Whether a triangle's box and the window have a point in common (generously).
-fn touches(triangle: &BlockTriangle, window: &GridWindow) -> bool {
-    let bounds = window.bounds().grown(window.step);
-    let outside = |axis: usize, low: f64, high: f64| {
-        let (low, high) = (low * gable_blocks::UNITS_PER_METRE, high * gable_blocks::UNITS_PER_METRE);
-        let v = triangle.corners.map(|c| f64::from(c[axis]));
-        v.iter().all(|&v| v < low) || v.iter().all(|&v| v > high)
-    };
-    !outside(1, bounds.min.y, bounds.max.y) && !outside(0, bounds.min.x, bounds.max.x)
+/// A window and a pixel around it, in units of the coordinate lattice.
+struct Reach([[i32; 2]; 2]);
+
+impl Reach {
+    fn new(window: &GridWindow) -> Self {
+        let bounds = window.bounds().grown(window.step);
+        // The cast saturates, which is what is wanted beyond the lattice.
+        let unit = |v: f64| (v * gable_blocks::UNITS_PER_METRE) as i32;
+        Self([[unit(bounds.min.x), unit(bounds.max.x)], [unit(bounds.min.y), unit(bounds.max.y)]])
+    }
+
+    fn touches(&self, triangle: &BlockTriangle) -> bool {
+        let [a, b, c] = &triangle.corners;
+        let overlaps = |axis: usize| {
+            let [low, high] = self.0[axis];
+            a[axis].max(b[axis]).max(c[axis]) >= low && a[axis].min(b[axis]).min(c[axis]) <= high
+        };
+        overlaps(1) && overlaps(0)
+    }
 }
 
 /// The z-buffer: height and triangle on top of each pixel.
@@ -109,6 +126,7 @@ struct Top {
 }
 
 impl Top {
+    #[inline]
     fn draw(&mut self, mesh: &BlockMesh, index: u32, window: &GridWindow) {
         let triangle = &mesh.triangles[index as usize];
         let Some(scan) = ScanTriangle::new(triangle) else { return };
@@ -157,14 +175,16 @@ impl Top {
                 None => Paint::Plain(plain),
             };
             let photographed = !matches!(paint, Paint::Plain(_));
+            let (colours, normals) = (out.colour.values_mut(), out.normal.values_mut());
+            let photographs = out.photographed.values_mut();
             scan.spans(&window, |row, y, columns| {
                 for column in columns {
                     let at = row * window.width + column;
                     if self.triangle[at] == index {
                         let x = ((window.x0 + column as i64) as f64 + 0.5) * window.step;
-                        out.colour.values_mut()[at] = paint.at(gradients.weights(DVec2::new(x, y)));
-                        out.photographed.values_mut()[at] = photographed;
-                        out.normal.values_mut()[at] = normal;
+                        colours[at] = paint.at(gradients.weights(DVec2::new(x, y)));
+                        photographs[at] = photographed;
+                        normals[at] = normal;
                     }
                 }
             });

@@ -5,6 +5,13 @@ use gable_blocks::{BlockTriangle, UNITS_PER_METRE};
 use gable_geometry::{DVec2, DVec3};
 use std::ops::Range;
 
+/// The largest whole number that is not larger; much faster than `f64::floor`, which is a call on plain x86-64.
+#[inline]
+pub(crate) fn floor(v: f64) -> i64 {
+    let whole = v as i64;
+    whole - i64::from(whole as f64 > v)
+}
+
 /// One edge of the projection, from its southern to its northern end.
 #[derive(Clone, Copy, Debug)]
 struct Edge {

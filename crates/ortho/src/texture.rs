@@ -1,5 +1,6 @@
 //! Textures with their mip pyramid, and how a pixel's footprint is averaged over one.
 
+use crate::scan::floor;
 use gable_geometry::DVec2;
 use std::sync::{Arc, LazyLock};
 
@@ -87,18 +88,25 @@ impl Level {
     #[inline]
     fn bilinear(&self, x: f64, y: f64, repeat: bool) -> [f32; 3] {
         let (x, y) = (x - 0.5, y - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
-        let index =
-            |i: i64, n: usize| if repeat { i.rem_euclid(n as i64) as usize } else { i.clamp(0, n as i64 - 1) as usize };
-        let (x0, y0) = (x0 as i64, y0 as i64);
-        let columns = [index(x0, self.width), index(x0.saturating_add(1), self.width)];
-        let rows = [index(y0, self.height), index(y0.saturating_add(1), self.height)].map(|r| r * self.width);
+        let (x0, y0) = (floor(x), floor(y));
+        let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
+        let inner = x0 >= 0 && y0 >= 0 && x0 + 1 < self.width as i64 && y0 + 1 < self.height as i64;
+        let four = if inner {
+            let at = y0 as usize * self.width + x0 as usize;
+            let (upper, lower) = (&self.texels[at..at + 2], &self.texels[at + self.width..at + self.width + 2]);
+            [upper[0], upper[1], lower[0], lower[1]]
+        } else {
+            let index = |i: i64, n: usize| match repeat {
+                true => i.rem_euclid(n as i64) as usize,
+                false => i.clamp(0, n as i64 - 1) as usize,
+            };
+            let texel = |x: i64, y: i64| self.texels[index(y, self.height) * self.width + index(x, self.width)];
+            let (x1, y1) = (x0.saturating_add(1), y0.saturating_add(1));
+            [texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1)]
+        };
         let linear = &*TO_LINEAR;
-        let [a, b] = columns.map(|c| self.texels[rows[0] + c]);
-        let [c, d] = columns.map(|c| self.texels[rows[1] + c]);
         std::array::from_fn(|i| {
-            let [a, b, c, d] = [a[i], b[i], c[i], d[i]].map(|t| linear[t as usize]);
+            let [a, b, c, d] = four.map(|t| linear[t[i] as usize]);
             let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
             upper + (lower - upper) * fy
         })
@@ -185,16 +193,19 @@ impl Footprint {
             east.x * east.y + north.x * north.y,
             east.y * east.y + north.y * north.y,
         );
-        let ([minor, major], [_, direction]) = gable_geometry::symmetric_eigen_2([p, q, r]);
-        let (minor, major) = (minor.max(0.0).sqrt(), major.max(0.0).sqrt().min(1e6));
+        let (mean, half) = (0.5 * (p + r), 0.5 * (p - r));
+        let root = (half * half + q * q).sqrt();
+        let direction = if half > 0.0 { DVec2::new(half + root, q) } else { DVec2::new(q, root - half) };
+        let direction = direction.normalize_or_zero();
+        let (minor, major) = ((mean - root).max(0.0).sqrt(), (mean + root).sqrt().min(1e6));
         // A probe is as wide as the minor axis, or wider where the footprint is very oblique.
         let width = minor.max(major / MAX_PROBES as f64).max(1.0);
-        let probes = (major / width).round().clamp(1.0, MAX_PROBES as f64) as usize;
-        let depth = width.log2();
-        let level = depth.floor();
+        let probes = ((major / width + 0.5) as usize).clamp(1, MAX_PROBES);
+        let depth = (width as f32).log2();
+        let level = depth as usize;
         Self {
-            level: level as usize,
-            blend: (depth - level) as f32,
+            level,
+            blend: depth - level as f32,
             axis: if probes > 1 {
                 direction * (major - width).max(0.0) * probes as f64 / (probes - 1) as f64
             } else {

@@ -1,5 +1,6 @@
 //! Wall evidence: the area of steep triangles, spread over the pixels of their projection.
 
+use crate::scan::floor;
 use crate::{GridWindow, Raster, WallEvidence};
 use gable_blocks::BlockTriangle;
 use gable_geometry::DVec3;
@@ -37,7 +38,7 @@ impl WallCollector {
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let horizontal = cross.truncate().normalize_or_zero();
         let step = self.window.step;
-        let cell = |v: f64| (v / step).floor() as i64;
+        let cell = |v: f64| floor(v / step);
         let range = |axis: usize, polygon: &Clip, from: i64, count: usize| {
             let (low, high) = polygon.extent(axis);
             let (low, high) = (cell(low), cell(high));
@@ -64,7 +65,7 @@ impl WallCollector {
     }
 
     fn put(&mut self, index: usize, area: f64, normal: [f64; 2], z_min: f32, z_max: f32) {
-        let units = |v: f64| (v * UNITS).round() as i64;
+        let units = |v: f64| floor(v * UNITS + 0.5);
         if self.slots[index] == 0 {
             self.sums.push(Sum { area: 0, normal: [0; 2], z_min, z_max });
             self.slots[index] = self.sums.len() as u32;
