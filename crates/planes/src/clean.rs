@@ -8,7 +8,7 @@ use crate::roof_plane::UNASSIGNED;
 pub(crate) fn clean(partition: &mut Partition<'_>, min_area: f64, min_width: f64, max_slope: f64) -> usize {
     let step = partition.field.step;
     let counts = partition.counts();
-    // A square of 0.8 · min_width fits in a strip of min_width that runs along the raster, and of 1.1 · min_width across.
+    // A square of 0.8 · min_width: strips that run diagonally hold it if they are 1.1 · min_width wide.
     let core = core_counts(partition, (0.4 * min_width / step + 1e-9) as usize);
     let keep: Vec<bool> = (0..partition.planes.len())
         .map(|k| {

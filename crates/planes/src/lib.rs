@@ -1,8 +1,8 @@
 //! Planes of roofs and walls of one building.
 //!
-//! - [`detect`](grow::detect): roof planes on the height map, by region growing and model selection; [`ransac`] is
+//! - [`detect()`]: roof planes on the height map, by region growing and model selection; [`ransac`] is
 //!   the published detector.
-//! - [`regularise`]: soft regularities between them; [`roof_directions`]: the published directions and better ones.
+//! - [`regularise()`]: soft regularities between them; [`roof_directions`]: the published directions and better ones.
 //! - [`facade_directions`]: frames of orthogonal walls.
 //! - [`facade_regions`] and [`vsa`]: walls from steep facets, and their [`facade_segments`] on the ground.
 

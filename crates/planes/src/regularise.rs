@@ -25,8 +25,8 @@ pub struct Params {
     pub height: f64,
     /// Area over which the noise of the heights is correlated, m².
     pub noise_area: f64,
-    /// The increase of the sum of squares that is allowed, in units of σ² · `noise_area` (the 90 % point of χ² with
-    /// three degrees of freedom is 6.25).
+    /// The increase of the sum of squares that is allowed, in units of σ² · `noise_area` (χ² with three degrees of
+    /// freedom is below 6.25 in 90 % of cases).
     pub tolerance: f64,
     /// Largest growth of a plane's rms, metres, whatever the noise.
     pub max_growth: f64,
