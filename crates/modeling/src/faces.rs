@@ -93,11 +93,8 @@ pub(crate) fn assign(
             }
         }
     }
-    let edges = arrangement
-        .edges()
-        .filter(|e| e.left != e.right)
-        .map(|e| (e.left, e.right, weights.beta * e.length))
-        .collect();
+    let edges =
+        arrangement.edges().filter(|e| e.left != e.right).map(|e| (e.left, e.right, weights.beta * e.length)).collect();
     let problem = GraphProblem { labels, unary, edges };
     let start = gable_graph_cut::data_optimum(labels, &problem.unary);
     let (labelling, _) = expand(&problem, start, &Options::default())?;

@@ -125,7 +125,7 @@ fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, befo
     let (a1, b1) = (point(a), point(b));
     let index = partition.index();
     let edges = &mut partition.edges;
-    let mut push = |edges: &mut Vec<Edge>, from: u32, to: u32, region: Region, next: usize| {
+    let push = |edges: &mut Vec<Edge>, from: u32, to: u32, region: Region, next: usize| {
         edges.push(Edge { from, to, region, next });
         edges.len() - 1
     };

@@ -1,5 +1,24 @@
 //! One building: from rasters to LOD0, LOD1 and LOD2.
 
+mod creases;
 mod extrude;
+mod faces;
+mod gable;
+mod input;
 mod junctions;
+mod lods;
+mod model;
+mod params;
 mod partition;
+mod roof;
+mod steps;
+mod subdivide;
+mod surface;
+
+pub use input::{BuildingInput, MARGIN};
+pub use model::{BuildingModel, model};
+pub use params::{Method, Params};
+pub use roof::RoofType;
+
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,8 @@
 
 use crate::partition::{Partition, Region};
 use crate::{extrude, junctions, roof};
-use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, validate_solid, validate_surfaces};
+use gable_city_model::validate::validate_surfaces;
+use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, validate_solid};
 use gable_geometry::{DVec2, Plane};
 
 /// Length of the cut that parts a non-manifold junction, metres.
@@ -56,12 +57,7 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
 }
 
 /// One closed shell for each connected part, validated as it will be written.
-fn solids(
-    partition: &Partition,
-    planes: &[Plane],
-    base: f64,
-    tolerances: &Tolerances,
-) -> Result<Vec<Shell>, String> {
+fn solids(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
     let mut part = partition.straightened(STRAIGHT);
     junctions::split(&mut part, planes, extrude::WELD, CUT);
     let mut out = Vec::new();

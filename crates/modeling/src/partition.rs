@@ -251,6 +251,12 @@ impl Partition {
         self.region_faces().iter().map(|faces| faces.iter().map(polygon).collect()).collect()
     }
 
+    /// The same partition without the vertices that no edge uses.
+    pub(crate) fn compacted(mut self) -> Self {
+        self.drop_unused_vertices();
+        self
+    }
+
     fn drop_unused_vertices(&mut self) {
         let mut number = vec![u32::MAX; self.vertices.len()];
         for e in &self.edges {
@@ -303,14 +309,8 @@ pub(crate) mod tests {
 
     #[test]
     fn a_hole_that_touches_the_outer_ring_is_cut_off() {
-        let vertices = vec![
-            dvec2(0.0, 0.0),
-            dvec2(4.0, 0.0),
-            dvec2(4.0, 4.0),
-            dvec2(0.0, 4.0),
-            dvec2(2.0, 1.0),
-            dvec2(1.0, 2.0),
-        ];
+        let vertices =
+            vec![dvec2(0.0, 0.0), dvec2(4.0, 0.0), dvec2(4.0, 4.0), dvec2(0.0, 4.0), dvec2(2.0, 1.0), dvec2(1.0, 2.0)];
         let p = Partition::from_rings(vertices, &[(0, vec![0, 1, 2, 3, 0, 5, 4])]);
         let faces = p.region_faces();
         assert_eq!(faces[0].len(), 1);

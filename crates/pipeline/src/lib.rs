@@ -2,12 +2,17 @@
 
 pub mod params;
 
+mod artefact;
+mod clock;
 mod error;
+mod mosaic;
 mod observer;
 pub mod render;
 pub mod report;
 mod run;
+mod stages;
 mod summary;
+mod workspace;
 
 pub use error::{ErrorKind, PipelineError};
 pub use observer::{Observer, Stage, Unobserved};

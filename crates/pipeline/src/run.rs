@@ -1,13 +1,244 @@
-//! The run loop (being written; replaced by the real one).
+//! The run: all stages, one after the other, in one process.
 
-use crate::{Observer, Params, PipelineError, RunSummary};
+use crate::clock::Clock;
+use crate::mosaic::Mosaic;
+use crate::observer::{Observer, Stage};
+use crate::params::{PARAMETERS, Params, Up};
+use crate::report::{self, Overview, OverviewBuilder, Pixel, ReportSource};
+use crate::stages::model::{self, Tile};
+use crate::stages::sample::Seen;
+use crate::stages::segment::Labelled;
+use crate::stages::split::Blocks;
+use crate::stages::{Context, sample, segment, split, stitch, terrain, write};
+use crate::summary::{BlockRecord, BlockState, Lod, RunStatus, RunSummary, peak_memory_bytes};
+use crate::workspace::Workspace;
+use crate::{PipelineError, artefact};
+use gable_city_model::Building;
+use gable_geometry::{Box2, Crs};
+use gable_ortho::{DecodedImage, GridWindow, Orthograph, TextureCache};
+use gable_scene::{Material, OpenOptions, Scene, load_texture};
+use gable_segmentation::{Label, Terrain};
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Instant;
 
-/// Models a city.
+/// Models a city: reads the mesh at `input` and writes the result into the folder `out`.
+///
+/// What a stage has finished is kept in `out/.work` until the end, so that the same call goes on where an earlier
+/// one stopped. The result does not depend on the number of threads, and no building on the grid.
 ///
 /// # Errors
-/// See [`PipelineError`].
-pub fn run(input: &Path, _out: &Path, params: &Params, _observer: &dyn Observer) -> Result<RunSummary, PipelineError> {
+/// If the input is bad, a file cannot be written, or the observer cancels; see [`PipelineError::kind`].
+pub fn run(input: &Path, out: &Path, params: &Params, observer: &dyn Observer) -> Result<RunSummary, PipelineError> {
     params.check()?;
-    Err(PipelineError::Input(format!("{}: the stages are not wired together yet", input.display())))
+    let threads = match params.resources.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| PipelineError::Input(format!("resources.threads = {threads}: {e}")))?;
+    pool.install(|| run_here(input, out, params, observer, threads))
+}
+
+fn run_here(
+    input: &Path,
+    out: &Path,
+    params: &Params,
+    observer: &dyn Observer,
+    threads: usize,
+) -> Result<RunSummary, PipelineError> {
+    let begin = Instant::now();
+    let scene = open(input, params)?;
+    artefact::create_dir(out)?;
+    let workspace = Workspace::open(out, scene.files(), params)?;
+    let context = Context { params, observer, workspace: &workspace };
+    let title = input.file_stem().map_or_else(|| "city".to_owned(), |n| n.to_string_lossy().into_owned());
+    let mut clock = Clock::default();
+
+    let blocks = clock.time(Stage::Split, || split::run(&context, &scene))?;
+    let textures = textures(&blocks, params);
+    let (seen, ortho) = clock.time(Stage::Sample, || sample::run(&context, &blocks, &textures))?;
+    let covered: u64 = seen.iter().map(|s| s.covered).sum();
+    let photographed: u64 = seen.iter().map(|s| s.photographed).sum();
+    if covered == 0 {
+        return Err(PipelineError::Input(format!("{}: nothing of the mesh can be seen from above", input.display())));
+    }
+    // The rest of a city is grey where a texture is missing; only a city without any is treated as untextured.
+    let coloured = 2 * photographed > covered;
+    let ground = clock.time(Stage::Terrain, || terrain::terrain(&context, &ortho))?;
+    let labelled = clock.time(Stage::Segment, || segment::segment(&context, &ortho, &ground, coloured))?;
+    let tasks = clock.time(Stage::Stitch, || stitch::stitch(&context, &labelled.components, blocks.frame()))?;
+    let tiles =
+        clock.time(Stage::Model, || model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, coloured))?;
+    let mut files = clock.time(Stage::Write, || write::write(&context, &blocks, &tiles, &ground, &title, out))?;
+
+    let mut summary = RunSummary {
+        status: RunStatus::Successful,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        input: input.display().to_string(),
+        crs: blocks.frame().crs.to_string(),
+        triangles: blocks.report.counts.triangles,
+        area_m2: covered as f64 * params.sampling.step.powi(2),
+        pixels: covered,
+        step_m: params.sampling.step,
+        grid: blocks.grid(),
+        threads,
+        warnings: warnings(&blocks, &textures),
+        parameters: changed(params),
+        ..RunSummary::default()
+    };
+    for tile in &tiles {
+        summary.building_records.extend(model::read(tile)?.into_iter().map(|m| m.record));
+    }
+    summary.building_records.sort_by(|a, b| a.id.cmp(&b.id));
+    let written = || summary.building_records.iter().filter(|b| b.lod != Lod::None);
+    summary.buildings = written().count();
+    summary.faces = written().map(|b| u64::from(b.faces)).sum();
+    summary.blocks = block_records(&blocks, &seen, &summary);
+    if params.output.report {
+        observer.stage(Stage::Report, 1);
+        summary.stages.clone_from(&clock.stages);
+        summary.seconds = begin.elapsed().as_secs_f64();
+        summary.peak_memory_bytes = peak_memory_bytes();
+        let source = Source { blocks: &blocks, ortho: &ortho, labelled: &labelled, terrain: &ground, tiles: &tiles };
+        let made = clock.time(Stage::Report, || report::write(out, &title, &summary, &source))?;
+        files.extend(made);
+        observer.done(Stage::Report, "city");
+    }
+    summary.stages = clock.stages;
+    summary.seconds = begin.elapsed().as_secs_f64();
+    summary.peak_memory_bytes = peak_memory_bytes();
+    summary.files = files;
+    workspace.remove()?;
+    Ok(summary)
+}
+
+fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError> {
+    let up = match params.input.up {
+        Up::Auto => gable_scene::Up::Auto,
+        Up::Y => gable_scene::Up::Y,
+        Up::Z => gable_scene::Up::Z,
+    };
+    let crs = match params.input.crs.as_str() {
+        "auto" => None,
+        text => Some(text.parse::<Crs>().map_err(|e| PipelineError::Input(e.to_string()))?),
+    };
+    Scene::open(input, &OpenOptions { up, crs }).map_err(|e| PipelineError::Input(e.to_string()))
+}
+
+fn textures(blocks: &Blocks, params: &Params) -> TextureCache {
+    let capacity = params.resources.texture_cache << 20;
+    TextureCache::new(blocks.report.materials.clone(), capacity, |material: &Material| {
+        let image = load_texture(material)?.ok_or("the material has no image")?;
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let texels = image.pixels().map(|p| p.0).collect();
+        Ok(DecodedImage { width, height, texels })
+    })
+}
+
+/// What was put up with, by kind.
+fn warnings(blocks: &Blocks, textures: &TextureCache) -> BTreeMap<String, u64> {
+    let mut out = BTreeMap::new();
+    for warning in blocks.report.counts.warnings.entries() {
+        let name = serde_json::to_value(warning.kind).ok().and_then(|v| v.as_str().map(str::to_owned));
+        out.insert(name.unwrap_or_default().replace('_', " "), warning.count);
+    }
+    let broken = textures.failures().len() as u64;
+    if broken > 0 {
+        out.insert("texture that cannot be read".to_owned(), broken);
+    }
+    out
+}
+
+/// The parameters that differ from the defaults.
+fn changed(params: &Params) -> BTreeMap<String, String> {
+    let defaults = Params::default();
+    let differs = PARAMETERS.iter().filter(|p| p.value(params) != p.value(&defaults));
+    differs.map(|p| (p.name.to_owned(), p.value(params))).collect()
+}
+
+fn block_records(blocks: &Blocks, seen: &[Seen], summary: &RunSummary) -> Vec<BlockRecord> {
+    let mut buildings: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    for record in summary.building_records.iter().filter(|b| b.lod != Lod::None) {
+        *buildings.entry(record.tile).or_insert(0) += 1;
+    }
+    let triangles: BTreeMap<[u32; 2], u64> =
+        blocks.report.blocks.iter().map(|b| ([b.core.column, b.core.row], b.triangles)).collect();
+    seen.iter()
+        .map(|s| BlockRecord {
+            ix: s.block[0],
+            iy: s.block[1],
+            status: match (s.covered, s.reused) {
+                (0, _) => BlockState::Empty,
+                (_, true) => BlockState::Reused,
+                (_, false) => BlockState::Done,
+            },
+            triangles: triangles.get(&s.block).copied().unwrap_or(0),
+            buildings: buildings.get(&s.block).copied().unwrap_or(0),
+            seconds: s.seconds,
+        })
+        .collect()
+}
+
+/// Where the report takes its pictures from.
+struct Source<'a> {
+    blocks: &'a Blocks,
+    ortho: &'a Mosaic<Orthograph>,
+    labelled: &'a Labelled,
+    terrain: &'a Terrain,
+    tiles: &'a [Tile],
+}
+
+impl ReportSource for Source<'_> {
+    fn bounds(&self) -> Box2 {
+        let windows = self.ortho.tiles().iter().map(|t| t.window.bounds());
+        Box2::of(windows.flat_map(|b| [b.min, b.max]))
+    }
+
+    fn step(&self) -> f64 {
+        self.ortho.step()
+    }
+
+    fn overview(&self, window: GridWindow) -> Result<Overview, PipelineError> {
+        let mut builder = OverviewBuilder::new(window);
+        let bounds = window.bounds();
+        for (i, tile) in self.ortho.tiles().iter().enumerate() {
+            if !tile.window.bounds().intersects(&bounds) {
+                continue;
+            }
+            let maps = self.ortho.tile(i)?;
+            let labels = self.labelled.read(tile.window)?;
+            let ground = self.terrain.raster(tile.window);
+            builder.add(tile.window, |x, y| {
+                let height = maps.height[(x, y)];
+                let label = Label::ALL.into_iter().find(|&l| l as u8 == labels[(x, y)]);
+                (!height.is_nan()).then(|| Pixel {
+                    colour: maps.colour[(x, y)],
+                    height,
+                    ground: ground[(x, y)],
+                    label: label.unwrap_or(Label::Ground),
+                })
+            });
+        }
+        Ok(builder.finish())
+    }
+
+    fn buildings(&self, within: Box2, visit: &mut dyn FnMut(&Building)) -> Result<(), PipelineError> {
+        let [ox, oy, _] = self.blocks.frame().origin;
+        for tile in self.tiles {
+            for modelled in model::read(tile)? {
+                let [west, south, east, north] = modelled.record.bbox;
+                let bounds = Box2::of([
+                    gable_geometry::dvec2(west - ox, south - oy),
+                    gable_geometry::dvec2(east - ox, north - oy),
+                ]);
+                if bounds.intersects(&within) {
+                    visit(&modelled.building);
+                }
+            }
+        }
+        Ok(())
+    }
 }

@@ -3,9 +3,9 @@
 //! An artefact is written whole or not at all, so that a run that was stopped goes on from what exists. The folder
 //! belongs to one input and one set of parameters: its key is the hash of both, and another key empties it.
 
+use crate::PipelineError;
 use crate::artefact;
 use crate::params::{GROUPS, Params};
-use crate::PipelineError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -54,7 +54,8 @@ fn key(files: &[PathBuf], params: &Params) -> Result<String, PipelineError> {
     hasher.update(params.canonical(&groups).as_bytes());
     for path in files {
         let status = fs::metadata(path).map_err(|source| PipelineError::Io { path: path.clone(), source })?;
-        let changed = status.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok()).map_or(0, |d| d.as_nanos());
+        let changed =
+            status.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok()).map_or(0, |d| d.as_nanos());
         hasher.update(path.as_os_str().as_encoded_bytes());
         hasher.update(&status.len().to_le_bytes()).update(&changed.to_le_bytes());
     }

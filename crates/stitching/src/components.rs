@@ -50,13 +50,8 @@ impl TileComponents {
                 continue;
             }
             let mark = components.len() as u32 + 1;
-            let mut c = Component {
-                pixels: 0,
-                sum_x: 0,
-                sum_y: 0,
-                columns: [i64::MAX, i64::MIN],
-                rows: [i64::MAX, i64::MIN],
-            };
+            let mut c =
+                Component { pixels: 0, sum_x: 0, sum_y: 0, columns: [i64::MAX, i64::MIN], rows: [i64::MAX, i64::MIN] };
             marks[start] = mark;
             stack.push(start);
             while let Some(p) = stack.pop() {

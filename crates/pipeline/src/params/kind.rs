@@ -179,6 +179,8 @@ choices! {
         Auto = "auto",
         /// Colour and geometry.
         Full = "full",
+        /// The 27 of Zhu 2018 (§4.1): colour and its texture.
+        Zhu27 = "zhu27",
         /// Geometry alone.
         Geometric = "geometric",
     }

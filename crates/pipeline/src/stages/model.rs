@@ -110,7 +110,8 @@ fn one(
     let params = params(context);
     let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| gable_modeling::model(&input, &params)));
     Ok(made.unwrap_or_else(|cause| {
-        let text = cause.downcast_ref::<String>().cloned().or_else(|| cause.downcast_ref::<&str>().map(ToString::to_string));
+        let text =
+            cause.downcast_ref::<String>().cloned().or_else(|| cause.downcast_ref::<&str>().map(ToString::to_string));
         Err(format!("modelling failed: {}", text.unwrap_or_else(|| "unknown cause".to_owned())))
     }))
 }
@@ -146,13 +147,7 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
     }
 }
 
-fn record(
-    task: &Task,
-    made: Result<BuildingModel, String>,
-    tile: [u32; 2],
-    frame: &Frame,
-    step: f64,
-) -> Modelled {
+fn record(task: &Task, made: Result<BuildingModel, String>, tile: [u32; 2], frame: &Frame, step: f64) -> Modelled {
     let bounds = task.whole.window(step).bounds();
     let [ox, oy, _] = frame.origin;
     let bbox = [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy];

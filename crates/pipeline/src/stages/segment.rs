@@ -79,7 +79,8 @@ fn classifier(context: &Context<'_>, photographed: bool) -> Result<(Model, bool)
     let params = &context.params.segmentation;
     let set = match (params.features, photographed) {
         (Features::Geometric, _) => FeatureSet::Geometric,
-        (Features::Zhu2018, true) => FeatureSet::Zhu27,
+        (Features::Zhu27, true) => FeatureSet::Zhu27,
+        (Features::Auto, true) if params.method == Method::Zhu2018 => FeatureSet::Zhu27,
         (Features::Auto | Features::Full, true) => FeatureSet::Full,
         (_, false) => {
             context.observer.warning("the mesh has no texture: trees are told from buildings by their shape alone");

@@ -1,0 +1,136 @@
+//! The default method: planes first, then the lines that they and the walls imply.
+//!
+//! Zhu 2018, §5, with these departures:
+//!
+//! 1. roof planes come before lines, from region growing instead of RANSAC, and are regularised softly;
+//! 2. ridges, hips and valleys are the intersections of planes that meet, not detected lines;
+//! 3. walls and steps are fitted to the borders of the plane regions, moved to the middle of the step of the height
+//!    map, turned to the facade directions and merged;
+//! 4. segments slice the plane only as far as the next segment, not without end;
+//! 5. the faces are labelled with a ground label and in cubic metres.
+
+use crate::creases::{Crease, creases};
+use crate::faces::{Weights, assign};
+use crate::input::BuildingInput;
+use crate::params::Params;
+use crate::partition::Partition;
+use crate::steps::{Profile, offset};
+use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
+use crate::surface::{NONE, complete};
+use gable_arrangement::{Arrangement, Extension, Options, extend};
+use gable_geometry::{DVec2, Plane};
+use gable_lines::LineSegment;
+use gable_ortho::Raster;
+
+/// Two planes that differ by less than this where they touch, metres, meet there; otherwise there is a step.
+const MEETING: f64 = 0.5;
+
+/// How far a segment runs on beyond the place where it hits another, metres.
+const OVERSHOOT: f64 = 0.02;
+
+/// How far a line of intersection may lie from the border between its planes, metres.
+const CREASE_REACH: f64 = 1.2;
+
+/// The partition of a building with the plane of each region, and the pixel labelling it came from.
+pub(crate) struct Reconstruction {
+    pub(crate) partition: Partition,
+    pub(crate) planes: Vec<Plane>,
+}
+
+/// Models one building down to its partition. `base` is the height of the ground.
+pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> Result<Reconstruction, String> {
+    let (planes, labels) = roof_planes(input, params);
+    let surface = complete(&labels, &planes, &input.height, &input.mask);
+    let creases = creases(&surface, &planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
+    let walls = walls(input, &surface, &planes, params);
+    let arrangement = arrange(&walls, &creases, params);
+    let weights = Weights { beta: params.beta, truncation: 1.0, stranger: 0.1 };
+    let faces = assign(&arrangement, &planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+    let (partition, regions) = dissolve(&arrangement, &faces);
+    let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
+    let planes = regions.iter().map(|&r| planes[r as usize]).collect();
+    let (partition, planes) = clip_to_ground(partition, planes, base + 0.5);
+    if planes.is_empty() {
+        return Err("no roof plane covers any face of the footprint".to_owned());
+    }
+    Ok(Reconstruction { partition, planes })
+}
+
+/// The planes of the roof, regularised, and the pixels that support them. A building without any plane gets a level
+/// one at its median height.
+fn roof_planes(input: &BuildingInput, params: &Params) -> (Vec<Plane>, Raster<u16>) {
+    let detection = gable_planes::grow::Params {
+        distance: params.plane_distance,
+        angle: params.plane_angle,
+        min_area: params.plane_area,
+        ..Default::default()
+    };
+    let mut found = gable_planes::grow::detect(&input.height, Some(&input.normal), &input.mask, &detection);
+    if found.planes.is_empty() {
+        let inside = input.height.values().iter().zip(input.mask.values()).filter(|&(z, &m)| m && !z.is_nan());
+        let mut heights: Vec<f32> = inside.map(|(&z, _)| z).collect();
+        heights.sort_by(f32::total_cmp);
+        let median = heights.get(heights.len() / 2).copied().unwrap_or(0.0);
+        return (vec![Plane::horizontal(f64::from(median))], input.mask.map(|&m| if m { 0 } else { NONE }));
+    }
+    found.planes.truncate(params.max_planes);
+    let kept = found.planes.len() as u16;
+    let labels = found.labels.map(|&l| if l < kept { l } else { NONE });
+    (found.planes.iter().map(|p| p.plane).collect(), labels)
+}
+
+/// Walls and steps: the borders of the plane regions as straight segments, without those that planes meet in.
+fn walls(input: &BuildingInput, surface: &Raster<u16>, planes: &[Plane], params: &Params) -> Vec<LineSegment> {
+    let mut found = Vec::new();
+    for plane in 0..planes.len() as u16 {
+        let region = surface.map(|&l| l == plane);
+        for ring in gable_lines::trace_outline(&region) {
+            found.extend(gable_lines::fit_polyline(&ring.middles(), &gable_lines::PolylineParams::default()));
+        }
+    }
+    found.retain(|s| s.a.distance(s.b) >= 0.5 * params.line_length && is_step(s, surface, planes));
+    for segment in &mut found {
+        if let Some((shift, share)) = offset(segment, &input.height, Profile { reach: 1.2, step: 0.5 }) {
+            let across = (segment.b - segment.a).normalize().perp() * shift;
+            segment.a += across;
+            segment.b += across;
+            segment.weight *= 0.5 + share;
+        }
+    }
+    found
+}
+
+/// Whether a border segment is a wall or a step: the label to its right lies outside or is a plane of another height.
+fn is_step(segment: &LineSegment, surface: &Raster<u16>, planes: &[Plane]) -> bool {
+    let along = segment.b - segment.a;
+    let Some(unit) = along.try_normalize() else { return false };
+    let left = unit.perp();
+    let pixel = surface.window().step;
+    let count = ((along.length() / pixel) as usize).max(2);
+    let mut steps = 0;
+    for i in 0..count {
+        let at = segment.a + along * ((i as f64 + 0.5) / count as f64);
+        let label = |side: f64| surface.at(at + left * side * 1.5 * pixel).copied().unwrap_or(NONE);
+        steps += usize::from(match (label(1.0), label(-1.0)) {
+            (a, b) if a == b => false,
+            (NONE, _) | (_, NONE) => true,
+            (a, b) => (planes[a as usize].height(at) - planes[b as usize].height(at)).abs() >= MEETING,
+        });
+    }
+    2 * steps > count
+}
+
+/// The subdivision of the plane by walls and creases.
+fn arrange(walls: &[LineSegment], creases: &[Crease], params: &Params) -> Arrangement {
+    let ends: Vec<(DVec2, DVec2)> =
+        walls.iter().map(|s| (s.a, s.b)).chain(creases.iter().map(|c| (c.a, c.b))).collect();
+    let rule = Extension::UntilHit { ratio: params.extension, limit: 2.0, touch: 1e-3 };
+    // Ends that only just touch may miss each other by rounding: overshoot, and let the loose ends be pruned.
+    let overshoot = |(a, b): (DVec2, DVec2)| {
+        let along = (b - a).normalize_or_zero() * OVERSHOOT;
+        (a - along, b + along)
+    };
+    let lines: Vec<(DVec2, DVec2)> = extend(&ends, rule).into_iter().map(overshoot).collect();
+    // Nothing snaps to more than a lattice of a millimetre: planes must still meet in their creases.
+    Arrangement::build(&lines, &Options::default())
+}

@@ -1,0 +1,123 @@
+//! Whole buildings, from noisy rasters to valid solids.
+
+use crate::{BuildingInput, BuildingModel, Params, model};
+use gable_city_model::{Semantic, validate_solid};
+use gable_geometry::{Counter, DVec2, dvec2};
+use gable_ortho::{GridWindow, Raster, WallEvidence};
+
+const STEP: f64 = 0.2;
+
+/// A building given by its roof height at each place (`None` outside), with rounded corners and correlated noise, on
+/// ground at height 0. Axes are turned by 20° so that nothing is aligned with the pixels.
+fn building(seed: u64, size: f64, roof: impl Fn(DVec2) -> Option<f64>) -> BuildingInput {
+    let half = size * 0.75 + 4.0;
+    let n = (2.0 * half / STEP) as usize;
+    let window = GridWindow { step: STEP, x0: -(n as i64) / 2, y0: -(n as i64) / 2, width: n, height: n };
+    let turn = DVec2::from_angle(-20f64.to_radians());
+    let mut rng = Counter::new(seed);
+    let coarse: Vec<f64> = (0..64 * 64).map(|_| rng.normal()).collect();
+    let noise = |p: DVec2| {
+        let u = p / 1.5 + 30.0;
+        let (x, y) = (u.x.floor(), u.y.floor());
+        let (fx, fy) = (u.x - x, u.y - y);
+        let at = |dx: usize, dy: usize| coarse[(y as usize + dy) % 64 * 64 + (x as usize + dx) % 64];
+        let low = at(0, 0) * (1.0 - fx) + at(1, 0) * fx;
+        let high = at(0, 1) * (1.0 - fx) + at(1, 1) * fx;
+        0.1 * (low * (1.0 - fy) + high * fy)
+    };
+    let sharp = |p: DVec2| roof(turn.rotate(p)).unwrap_or(0.0);
+    // Corners are rounded by averaging over a disc of 0.3 m.
+    let blurred = |p: DVec2| {
+        let mut sum = 0.0;
+        for i in 0..16 {
+            let r = 0.3 * ((f64::from(i) + 0.5) / 16.0).sqrt();
+            sum += sharp(p + r * DVec2::from_angle(2.399_963 * f64::from(i)));
+        }
+        sum / 16.0
+    };
+    let centres: Vec<DVec2> = (0..n * n).map(|i| window.centre(i % n, i / n)).collect();
+    let height = Raster::new(window, centres.iter().map(|&p| (blurred(p) + noise(p)) as f32).collect());
+    let mask = height.map(|&z| z > 2.0);
+    BuildingInput {
+        mask,
+        terrain: Raster::filled(window, 0.0),
+        normal: Raster::filled(window, [0.0, 0.0, 1.0]),
+        colour: None,
+        walls: Raster::filled(window, WallEvidence::default()),
+        height,
+        facets: Vec::new(),
+    }
+}
+
+fn in_box(p: DVec2, w: f64, h: f64) -> bool {
+    p.x.abs() <= w / 2.0 && p.y.abs() <= h / 2.0
+}
+
+fn made(input: &BuildingInput) -> BuildingModel {
+    let model = model(input, &Params::default()).unwrap();
+    assert_eq!(model.reason, None);
+    for shell in model.lods.lod2.iter().chain(&model.lods.lod1) {
+        assert!(validate_solid(shell, &Params::default().tolerances).is_empty());
+    }
+    model
+}
+
+fn count(model: &BuildingModel, semantic: Semantic) -> usize {
+    model.lods.lod2.iter().flat_map(|s| &s.faces).filter(|f| f.semantic == semantic).count()
+}
+
+/// Share of the union of footprint and truth that both cover.
+fn iou(model: &BuildingModel, truth: impl Fn(DVec2) -> bool) -> f64 {
+    let turn = DVec2::from_angle(-20f64.to_radians());
+    let (mut both, mut either) = (0, 0);
+    for i in 0..400 * 400 {
+        let p = dvec2(f64::from(i % 400) - 200.0, f64::from(i / 400) - 200.0) * 0.1;
+        let found = model.roofs.iter().any(|r| r.0.contains(p));
+        let real = truth(turn.rotate(p));
+        both += i32::from(found && real);
+        either += i32::from(found || real);
+    }
+    f64::from(both) / f64::from(either)
+}
+
+#[test]
+fn a_gable_house() {
+    for seed in 0..3 {
+        let roof = |p: DVec2| in_box(p, 12.0, 8.0).then(|| 8.0 - 0.8 * p.y.abs());
+        let model = made(&building(seed, 12.0, roof));
+        assert_eq!(count(&model, Semantic::RoofSurface), 2, "seed {seed}");
+        assert_eq!(count(&model, Semantic::WallSurface), 4, "seed {seed}");
+        let iou = iou(&model, |p| in_box(p, 12.0, 8.0));
+        assert!(iou > 0.96, "seed {seed}: {iou}");
+        assert!(model.rmse < 0.35, "seed {seed}: {}", model.rmse);
+    }
+}
+
+#[test]
+fn a_flat_house_and_its_lower_annexe() {
+    let roof = |p: DVec2| {
+        let annexe = in_box(p - dvec2(7.0, -1.0), 4.0, 5.0).then_some(3.5);
+        in_box(p, 10.0, 9.0).then_some(7.0).or(annexe)
+    };
+    let model = made(&building(7, 18.0, roof));
+    assert_eq!(count(&model, Semantic::RoofSurface), 2);
+    assert_eq!(count(&model, Semantic::WallSurface), 8);
+    assert!(iou(&model, |p| roof(p).is_some()) > 0.95);
+}
+
+#[test]
+fn a_hipped_house() {
+    let roof = |p: DVec2| in_box(p, 14.0, 8.0).then(|| 4.0 + 0.7 * f64::min(4.0 - p.y.abs(), 7.0 - p.x.abs()));
+    let model = made(&building(11, 14.0, roof));
+    assert_eq!(count(&model, Semantic::RoofSurface), 4);
+    assert_eq!(count(&model, Semantic::WallSurface), 4);
+}
+
+#[test]
+fn a_courtyard() {
+    let roof = |p: DVec2| (in_box(p, 18.0, 16.0) && !in_box(p, 7.0, 6.0)).then_some(9.0);
+    let model = made(&building(13, 18.0, roof));
+    assert_eq!(count(&model, Semantic::RoofSurface), 1);
+    assert_eq!(count(&model, Semantic::WallSurface), 8);
+    assert!(iou(&model, |p| roof(p).is_some()) > 0.94);
+}

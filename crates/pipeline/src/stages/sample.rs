@@ -1,0 +1,129 @@
+//! Rasters of every block, in pieces of a fixed lattice so that no raster in memory is larger than one piece.
+
+use super::Context;
+use super::split::Blocks;
+use crate::artefact;
+use crate::mosaic::{Mosaic, MosaicTile};
+use crate::{PipelineError, Stage};
+use gable_ortho::{GridWindow, Orthograph, SampleParams, TextureCache, sample};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Edge of a piece, pixels.
+const PIECE: i64 = 512;
+
+/// What was seen in a block.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Seen {
+    pub(crate) block: [u32; 2],
+    pub(crate) pieces: Vec<Piece>,
+    /// Pixels with a surface.
+    pub(crate) covered: u64,
+    /// Of these, pixels with a photographed colour.
+    pub(crate) photographed: u64,
+    pub(crate) seconds: f64,
+    #[serde(skip)]
+    pub(crate) reused: bool,
+}
+
+/// One raster file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Piece {
+    file: String,
+    x0: i64,
+    y0: i64,
+    width: usize,
+    height: usize,
+}
+
+/// Samples all blocks that hold triangles.
+pub(crate) fn run(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    textures: &TextureCache,
+) -> Result<(Vec<Seen>, Mosaic<Orthograph>), PipelineError> {
+    let wanted = blocks.with_data();
+    context.observer.stage(Stage::Sample, wanted.len());
+    let seen: Vec<Seen> = wanted
+        .par_iter()
+        .map(|&(ix, iy)| {
+            context.check_cancelled()?;
+            let name = format!("{ix}_{iy}");
+            let record = context.workspace.path(&format!("ortho/{name}.json"));
+            let seen = match artefact::read_json::<Seen>(&record)? {
+                Some(seen) => Seen { reused: true, ..seen },
+                None => {
+                    let seen = block(context, blocks, textures, ix, iy)?;
+                    artefact::write_json(&record, &seen)?;
+                    seen
+                }
+            };
+            context.observer.done(Stage::Sample, &name);
+            Ok(seen)
+        })
+        .collect::<Result<_, PipelineError>>()?;
+    let step = context.params.sampling.step;
+    let tiles = seen.iter().flat_map(|s| &s.pieces).map(|p| MosaicTile {
+        window: GridWindow { step, x0: p.x0, y0: p.y0, width: p.width, height: p.height },
+        path: context.workspace.path(&p.file),
+    });
+    let mosaic = Mosaic::new(tiles.collect(), step, context.cache_bytes());
+    Ok((seen, mosaic))
+}
+
+fn block(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    textures: &TextureCache,
+    ix: u32,
+    iy: u32,
+) -> Result<Seen, PipelineError> {
+    let begin = std::time::Instant::now();
+    let name = format!("{ix}_{iy}");
+    let mesh = blocks.read(ix, iy).map_err(|e| context.failed(Stage::Sample, &name, e))?;
+    let mut seen = Seen { block: [ix, iy], ..Seen::default() };
+    let Some(core) = blocks.core(ix, iy) else { return Ok(seen) };
+    for piece in pieces(core) {
+        let raster = sample(&mesh, piece, textures, &SampleParams::default());
+        let (covered, photographed) = raster.coverage();
+        if covered == 0 {
+            continue;
+        }
+        seen.covered += covered as u64;
+        seen.photographed += photographed as u64;
+        let file = format!("ortho/{}_{}.gbo", piece.x0, piece.y0);
+        let path = context.workspace.path(&file);
+        raster.write(&path).map_err(|e| context.failed(Stage::Sample, &name, e))?;
+        seen.pieces.push(Piece { file, x0: piece.x0, y0: piece.y0, width: piece.width, height: piece.height });
+    }
+    seen.seconds = begin.elapsed().as_secs_f64();
+    Ok(seen)
+}
+
+/// The parts of a window in the cells of the lattice.
+fn pieces(window: GridWindow) -> Vec<GridWindow> {
+    let (x1, y1) = (window.x0 + window.width as i64 - 1, window.y0 + window.height as i64 - 1);
+    let mut out = Vec::new();
+    for y in window.y0.div_euclid(PIECE)..=y1.div_euclid(PIECE) {
+        for x in window.x0.div_euclid(PIECE)..=x1.div_euclid(PIECE) {
+            let edge = PIECE as usize;
+            let cell = GridWindow { step: window.step, x0: x * PIECE, y0: y * PIECE, width: edge, height: edge };
+            out.push(cell.intersection(&window));
+        }
+    }
+    out.retain(|p| !p.is_empty());
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_cover_the_window_once() {
+        let window = GridWindow { step: 0.2, x0: -700, y0: 100, width: 1500, height: 413 };
+        let parts = pieces(window);
+        assert_eq!(parts.iter().map(GridWindow::len).sum::<usize>(), window.len());
+        assert!(parts.iter().all(|p| p.intersection(&window) == *p));
+    }
+}

