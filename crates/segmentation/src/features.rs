@@ -39,8 +39,9 @@ pub enum FeatureSet {
     Zhu27,
     /// The 27 and the geometric ones.
     Full,
-    /// Of the height and normal maps only: distance to a local plane, least such distance of the windows around the
-    /// pixel, dispersion and mean z of the normals, convexity. For input without texture.
+    /// Of the height and normal maps only: distance to a local plane and dispersion of the normals, both also as the
+    /// least over the windows that hold the pixel, and convexity. For input without texture. All are blind to slope: a
+    /// steep roof must not look like a tree.
     Geometric,
 }
 
@@ -101,7 +102,7 @@ impl FeatureSet {
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("plane residual, {w} m")));
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("least plane residual around, {w} m")));
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("normal dispersion, {w} m")));
-            names.extend(GEOMETRY_WINDOWS.map(|w| format!("mean normal z, {w} m")));
+            names.extend(GEOMETRY_WINDOWS.map(|w| format!("least normal dispersion around, {w} m")));
             names.push("convexity, 2.6 m".to_owned());
         }
         names
@@ -189,15 +190,15 @@ fn geometry_planes(height: &Raster<f32>, normal: &Raster<[f32; 3]>, emit: &mut i
         values.map(|(n, z)| if z.is_nan() || n[a].is_nan() { [0.0, 0.0, 1.0][a] } else { n[a] }).collect()
     };
     let axes = [axis(0), axis(1), axis(2)];
-    let mut ups = Vec::with_capacity(radii.len());
-    for r in radii {
+    let dispersions = radii.map(|r| {
         let [x, y, z] = [0, 1, 2].map(|a: usize| box_mean(&axes[a], w, h, r));
-        let dispersion: Vec<f32> =
-            x.iter().zip(&y).zip(&z).map(|((x, y), z)| 1.0 - (x * x + y * y + z * z).sqrt()).collect();
-        emit(&dispersion);
-        ups.push(z);
+        let length = |((x, y), z): ((&f32, &f32), &f32)| (x * x + y * y + z * z).sqrt();
+        x.iter().zip(&y).zip(&z).map(|n| 1.0 - length(n)).collect::<Vec<f32>>()
+    });
+    dispersions.iter().for_each(|plane| emit(plane));
+    for (plane, r) in dispersions.iter().zip(radii) {
+        emit(&box_min(plane, w, h, r));
     }
-    ups.iter().for_each(|plane| emit(plane));
     let mut convexity = box_mean(&heights, w, h, radii[1]);
     convexity.iter_mut().zip(&heights).for_each(|(mean, z)| *mean = z - *mean);
     emit(&convexity);

@@ -43,6 +43,8 @@ pub struct SegmentParams {
     pub steepness: f64,
     /// Weight of the tree probability against that of height, for [`Method::Likelihood`].
     pub tree_weight: f64,
+    /// Share of plants in the scene, for [`Method::Likelihood`]. The classifier is calibrated for halves.
+    pub tree_share: f64,
     /// Least likelihood of anything, so that no single measurement decides alone, for [`Method::Likelihood`].
     pub doubt: f64,
     /// Weight μ of the smoothness at a step of 0.2 m; it is scaled to other steps, as a border's pixels grow with its
@@ -61,6 +63,7 @@ impl Default for SegmentParams {
             height: 2.0,
             steepness: 3.0,
             tree_weight: 0.6,
+            tree_share: 0.3,
             doubt: 0.02,
             smoothness: 2.0,
             step_smoothness: 0.1,
@@ -78,6 +81,7 @@ impl SegmentParams {
             height: 3.0,
             steepness: 2.0,
             tree_weight: 1.0,
+            tree_share: 0.5,
             doubt: 0.0,
             smoothness: 1.0,
             step_smoothness: 0.0,
@@ -139,7 +143,7 @@ pub fn segment(
             let ground = if params.method == Method::Zhu2018 { constant } else { terrain.values()[i] };
             *above = (input.height.values()[i] - ground).max(0.0) + 0.0 * input.height.values()[i];
         }
-        let unary = data_term(&above, &tree, params);
+        let unary = data_term(&above, &tree, features.needs_colour(), params);
         (labels, energy) = cut(window.width, window.height, &unary, &right, &up)?;
         constant = mean_ground(input.height, &labels).unwrap_or(constant);
     }
@@ -165,10 +169,10 @@ fn mean_ground(height: &Raster<f32>, labels: &[u8]) -> Option<f32> {
 }
 
 /// Costs of the four classes, pixel by pixel.
-fn data_term(above: &Raster<f32>, tree: &Raster<f32>, params: &SegmentParams) -> Vec<f32> {
+fn data_term(above: &Raster<f32>, tree: &Raster<f32>, has_colour: bool, params: &SegmentParams) -> Vec<f32> {
     let mut unary = Vec::with_capacity(4 * above.values().len());
     let (middle, steepness) = (params.height as f32, params.steepness as f32);
-    let (weight, doubt) = (params.tree_weight as f32, params.doubt as f32);
+    let (weight, doubt, share) = (params.tree_weight as f32, params.doubt as f32, params.tree_share as f32);
     for (&above, &t) in above.values().iter().zip(tree.values()) {
         if above.is_nan() {
             unary.extend([0.0, NO_DATA_COST, NO_DATA_COST, NO_DATA_COST]);
@@ -181,8 +185,11 @@ fn data_term(above: &Raster<f32>, tree: &Raster<f32>, params: &SegmentParams) ->
             Method::Likelihood => {
                 let cost = |p: f32| -(doubt + (1.0 - 2.0 * doubt) * p).ln();
                 let (is_low, is_high) = (cost(1.0 - high), cost(high));
+                let t = t * share / (t * share + (1.0 - t) * (1.0 - share));
                 let (leafy, bare) = (weight * cost(t), weight * cost(1.0 - t));
-                [is_low + bare, is_low + leafy, is_high + leafy, is_high + bare]
+                // Without colour nothing tells grass from other ground.
+                let (grass, ground) = if has_colour { (leafy, bare) } else { (weight * cost(0.0), weight * cost(1.0)) };
+                [is_low + ground, is_low + grass, is_high + leafy, is_high + bare]
             }
         };
         unary.extend(costs);
@@ -224,4 +231,120 @@ fn cut(width: usize, height: usize, unary: &[f32], right: &[f32], up: &[f32]) ->
     let (labels, report) =
         expand_grid(problem, start, &Options::default()).map_err(|e| Error::GraphCut(e.to_string()))?;
     Ok((labels, report.energy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stumps::Stump;
+    use gable_geometry::Counter;
+    use gable_ortho::GridWindow;
+
+    const WINDOW: GridWindow = GridWindow { step: 0.25, x0: -40, y0: 12, width: 240, height: 200 };
+
+    // Green is a tree: one stump on a*.
+    fn green() -> Model {
+        let stump = Stump { feature: 1, threshold: -10.0, below: 3.0, above: -3.0 };
+        Model::new(FeatureSet::Zhu27, vec![stump], String::new())
+    }
+
+    struct Scene {
+        colour: Raster<[u8; 3]>,
+        height: Raster<f32>,
+        normal: Raster<[f32; 3]>,
+        ground: Raster<f32>,
+        truth: Raster<u8>,
+    }
+
+    // A slope with a house that a tree touches, a lawn, a car and a hole in the data on the roof.
+    fn scene(slope: f32) -> Scene {
+        let mut random = Counter::new(5);
+        let truth_at = |x: usize, y: usize| match (x, y) {
+            (40..=120, 50..=130) => Label::Building,
+            (121..=150, 70..=100) => Label::Tree,
+            (20..=100, 150..=185) => Label::Grass,
+            _ => Label::Ground,
+        };
+        let mut scene = Scene {
+            colour: Raster::filled(WINDOW, [150, 145, 140]),
+            height: Raster::filled(WINDOW, 0.0),
+            normal: Raster::filled(WINDOW, [0.0, 0.0, 1.0]),
+            ground: Raster::filled(WINDOW, 0.0),
+            truth: Raster::filled(WINDOW, 0),
+        };
+        for y in 0..WINDOW.height {
+            for x in 0..WINDOW.width {
+                let at = (x, y);
+                let label = truth_at(x, y);
+                let car = (180..196).contains(&x) && (40..48).contains(&y);
+                scene.ground[at] = 100.0 + slope * x as f32 * 0.25;
+                let above = match label {
+                    Label::Building => 6.0,
+                    Label::Tree => 5.0,
+                    _ if car => 1.6,
+                    _ => 0.0,
+                };
+                scene.height[at] = scene.ground[at] + above + random.range(-0.1, 0.1) as f32;
+                if matches!(label, Label::Tree | Label::Grass) {
+                    scene.colour[at] = [60, 110, 50];
+                }
+                // Noise of the classifier: single green pixels anywhere.
+                if random.unit() < 0.05 {
+                    scene.colour[at] = [60, 110, 50];
+                }
+                if (60..66).contains(&x) && (80..86).contains(&y) {
+                    scene.height[at] = f32::NAN;
+                }
+                scene.truth[at] = label as u8;
+            }
+        }
+        scene
+    }
+
+    fn right(scene: &Scene, params: &SegmentParams) -> f64 {
+        let input = Orthograph { colour: Some(&scene.colour), height: &scene.height, normal: &scene.normal };
+        let found = segment(&input, &scene.ground, &green(), params).unwrap();
+        let same = found.labels.values().iter().zip(scene.truth.values()).filter(|(a, b)| a == b).count();
+        same as f64 / scene.truth.values().len() as f64
+    }
+
+    #[test]
+    fn labels_a_small_scene() {
+        for slope in [0.0, 0.15] {
+            let share = right(&scene(slope), &SegmentParams::default());
+            assert!(share > 0.995, "slope {slope}: {share}");
+        }
+    }
+
+    #[test]
+    fn the_published_rule_works_on_flat_ground_and_fails_on_a_slope() {
+        let flat = right(&scene(0.0), &SegmentParams::zhu2018());
+        assert!(flat > 0.92, "{flat}");
+        let slope = right(&scene(0.15), &SegmentParams::zhu2018());
+        assert!(slope < flat - 0.02, "{slope} {flat}");
+    }
+
+    #[test]
+    fn equation_4_by_hand() {
+        let window = GridWindow { width: 1, height: 1, ..WINDOW };
+        let above = Raster::filled(window, 3.5_f32);
+        let tree = Raster::filled(window, 0.2_f32);
+        let h = 1.0 / (1.0 + (-1.0_f32).exp());
+        let expected = [h * 0.2, h * 0.8, (1.0 - h) * 0.8, (1.0 - h) * 0.2];
+        let found = data_term(&above, &tree, true, &SegmentParams::zhu2018());
+        for (f, e) in found.iter().zip(expected) {
+            assert!((f - e).abs() < 1e-6, "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn windows_have_to_agree() {
+        let scene = scene(0.0);
+        let other = Raster::filled(WINDOW.grown(1), 0.0);
+        let input = Orthograph { colour: None, height: &scene.height, normal: &scene.normal };
+        let error = segment(&input, &other, &green(), &SegmentParams::default()).unwrap_err();
+        assert!(matches!(error, Error::WindowMismatch { what: "terrain" }));
+        let error = segment(&input, &scene.ground, &green(), &SegmentParams::default()).unwrap_err();
+        assert!(matches!(error, Error::ColourMissing { .. }));
+    }
 }

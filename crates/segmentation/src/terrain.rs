@@ -4,7 +4,7 @@
 //! (that rule is kept in [`crate::segment`] as the baseline). Here the ground is a surface:
 //!
 //! 1. Spikes below ground go: cells that an area closing of 16 m² raises by more than a metre.
-//! 2. A trend: the low rank of blocks of 128 m, then, in later rounds, the smoothed ground of the round before.
+//! 2. A trend: the low rank of blocks of 256 m, then, in later rounds, the smoothed ground of the round before.
 //! 3. Seeds: cells that stand less than a tolerance above the envelope from below that rises by 3 % in all directions
 //!    (the slope filter of Vosselman 2000, on heights over the trend). A roof of 10 m height needs to be over 600 m wide
 //!    to hold a seed.
@@ -43,8 +43,8 @@ impl Default for TerrainParams {
     }
 }
 
-/// Edge of the blocks of the first trend, metres: wider than most roofs, so that each holds some ground.
-const TREND_BLOCK: f64 = 128.0;
+/// Edge of the blocks of the first trend, metres: wider than roofs and most woods, so that each holds some ground.
+const TREND_BLOCK: f64 = 256.0;
 
 /// Area that the first closing fills, m².
 const SPIKE_AREA: f64 = 16.0;
@@ -359,4 +359,132 @@ fn neighbours(i: usize, width: usize, height: usize) -> impl Iterator<Item = (us
         let inside = u >= 0 && v >= 0 && (u as usize) < width && (v as usize) < height;
         inside.then(|| (v as usize * width + u as usize, dx != 0 && dy != 0))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::{Counter, dvec2};
+
+    const WINDOW: GridWindow = GridWindow { step: 0.5, x0: -500, y0: 300, width: 800, height: 700 };
+
+    // A scene from a ground and objects; `objects` gives the height over the ground.
+    fn scene(ground: impl Fn(f64, f64) -> f64, objects: impl Fn(f64, f64) -> f64) -> (Raster<f32>, CoarseHeights) {
+        let mut random = Counter::new(17);
+        let mut raster = Raster::filled(WINDOW, 0.0_f32);
+        for row in 0..WINDOW.height {
+            for column in 0..WINDOW.width {
+                let p = WINDOW.centre(column, row) - WINDOW.bounds().min;
+                raster[(column, row)] = (ground(p.x, p.y) + objects(p.x, p.y) + random.range(-0.12, 0.12)) as f32;
+            }
+        }
+        let mut coarse = CoarseHeights::new(CoarseHeights::CELL);
+        coarse.accumulate(&raster);
+        (raster, coarse)
+    }
+
+    // Largest error of the terrain over the places that `at` chooses, in the scene's metres.
+    fn worst(terrain: &Terrain, ground: impl Fn(f64, f64) -> f64, at: impl Fn(f64, f64) -> bool) -> f64 {
+        let mut worst: f64 = 0.0;
+        for y in (6..344).step_by(2) {
+            for x in (6..394).step_by(2) {
+                let (x, y) = (f64::from(x), f64::from(y));
+                if at(x, y) {
+                    let p = dvec2(x, y) + WINDOW.bounds().min;
+                    worst = worst.max((terrain.height(p) - ground(x, y)).abs());
+                }
+            }
+        }
+        worst
+    }
+
+    fn inside(x: f64, y: f64, [x0, y0, x1, y1]: [f64; 4]) -> bool {
+        x0 <= x && x <= x1 && y0 <= y && y <= y1
+    }
+
+    // A hall of 120 × 110 m, a block with a courtyard of 14 m, a low shed, rows of houses.
+    fn town(x: f64, y: f64) -> f64 {
+        let houses = inside(x, y, [250.0, 20.0, 380.0, 330.0]) && (x - 250.0) % 32.0 < 14.0 && (y - 20.0) % 26.0 < 19.0;
+        if inside(x, y, [40.0, 180.0, 160.0, 290.0]) {
+            8.0
+        } else if inside(x, y, [60.0, 40.0, 110.0, 90.0]) && !inside(x, y, [78.0, 58.0, 92.0, 72.0]) {
+            18.0
+        } else if inside(x, y, [150.0, 60.0, 170.0, 75.0]) {
+            2.6
+        } else if houses {
+            7.0
+        } else {
+            0.0
+        }
+    }
+
+    #[test]
+    fn follows_slopes_under_wide_buildings_and_into_courtyards() {
+        for slope in [0.0, 0.05, 0.15] {
+            let ground = move |x: f64, y: f64| 30.0 + slope * x - 0.5 * slope * y;
+            let terrain = Terrain::from_coarse(&scene(ground, town).1, &TerrainParams::default());
+            let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0);
+            let under = worst(&terrain, ground, |x, y| town(x, y) > 0.0);
+            assert!(open < 0.6 && under < 1.0, "slope {slope}: {open:.2} m in the open, {under:.2} m under buildings");
+        }
+    }
+
+    #[test]
+    fn follows_a_hill() {
+        let ground = |x: f64, y: f64| 14.0 * (-((x - 200.0).powi(2) + (y - 170.0).powi(2)) / 9000.0).exp();
+        let terrain = Terrain::from_coarse(&scene(ground, town).1, &TerrainParams::default());
+        let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0);
+        assert!(open < 0.7, "{open:.2} m");
+    }
+
+    #[test]
+    fn keeps_both_sides_of_a_river_bank() {
+        // A quay wall: the town lies 5 m over a river of 70 m width.
+        let ground = |x: f64, _: f64| if inside(x, 0.0, [180.0, 0.0, 245.0, 0.0]) { 0.0 } else { 5.0 };
+        let terrain = Terrain::from_coarse(&scene(ground, town).1, &TerrainParams::default());
+        // Half a cell beside the wall the surface is between the two.
+        let away = |x: f64| (x - 180.0).abs() > 3.0 && (x - 245.0).abs() > 3.0;
+        let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0 && away(x));
+        assert!(open < 0.6, "{open:.2} m");
+    }
+
+    #[test]
+    fn pits_and_floaters_do_not_count() {
+        let ground = |x: f64, y: f64| 0.03 * x + 0.02 * y;
+        let spoilt = |x: f64, y: f64| {
+            // Spikes of 1–8 m width under ground, and something that hovers.
+            for (cx, cy, width, depth) in
+                [(30.0, 120.0, 1.0, -25.0), (200.0, 150.0, 3.0, -12.0), (210.0, 250.0, 8.0, -6.0)]
+            {
+                if (x - cx).abs() < width / 2.0 && (y - cy).abs() < width / 2.0 {
+                    return depth;
+                }
+            }
+            if inside(x, y, [190.0, 30.0, 192.0, 33.0]) { 30.0 } else { town(x, y) }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, spoilt).1, &TerrainParams::default());
+        let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0);
+        assert!(open < 0.6, "{open:.2} m");
+    }
+
+    #[test]
+    fn woods_are_no_ground() {
+        let ground = |x: f64, y: f64| 0.05 * x + 0.01 * y;
+        let crowns = |x: f64, y: f64| {
+            if inside(x, y, [100.0, 80.0, 260.0, 240.0]) {
+                9.0 + 2.5 * ((x / 2.1).sin() + (y / 1.7).cos())
+            } else {
+                0.0
+            }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, crowns).1, &TerrainParams::default());
+        let all = worst(&terrain, ground, |_, _| true);
+        assert!(all < 1.0, "{all:.2} m");
+    }
+
+    #[test]
+    fn nothing_gives_a_plane() {
+        let terrain = Terrain::from_coarse(&CoarseHeights::new(2.0), &TerrainParams::default());
+        assert_eq!(terrain.height(dvec2(3.0, 4.0)), 0.0);
+    }
 }

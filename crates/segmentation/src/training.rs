@@ -46,7 +46,14 @@ pub struct TrainOptions {
 
 impl Default for TrainOptions {
     fn default() -> Self {
-        Self { features: FeatureSet::Full, rounds: 200, boosting: Boosting::Gentle, copies: 3, samples: 4000, seed: 1 }
+        Self {
+            features: FeatureSet::Full,
+            rounds: 200,
+            boosting: Boosting::Discrete,
+            copies: 3,
+            samples: 4000,
+            seed: 1,
+        }
     }
 }
 
