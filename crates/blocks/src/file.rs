@@ -19,7 +19,8 @@ const LEVEL: i32 = 3;
 
 /// Writes a block file; returns its length in bytes.
 ///
-/// The file appears under its name when it is complete, or not at all.
+/// The file appears under its name when it is complete, or not at all. It is not forced to the disk: what a
+/// power cut leaves of it fails its checksum, and it can be made again.
 ///
 /// # Errors
 /// [`BlocksError::Write`] if the file cannot be written.
@@ -29,7 +30,6 @@ pub fn write_block(path: &Path, mesh: &BlockMesh) -> Result<u64, BlocksError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fault)?;
     file.write_all(&bytes).map_err(fault)?;
-    file.as_file().sync_all().map_err(fault)?;
     file.persist(path).map_err(|e| fault(e.error))?;
     Ok(bytes.len() as u64)
 }
@@ -108,9 +108,9 @@ fn decode_block(path: &Path, bytes: &[u8]) -> Result<BlockMesh, BlocksError> {
 /// Decompresses, never to more than was announced.
 pub(crate) fn expand(body: &[u8], length: u64) -> Result<Vec<u8>, codec::Fault> {
     let decoder = zstd::stream::read::Decoder::with_buffer(body).map_err(|_| "its body cannot be decompressed")?;
-    let mut raw = Vec::new();
-    // Nothing that was really written shrinks to less than a ten-thousandth.
-    raw.reserve(usize::try_from(length.min(body.len() as u64 * 64)).unwrap_or(0));
+    // A length that is not true must not fill the memory before that is found out.
+    let likely = usize::try_from(length.min(body.len() as u64 * 64)).unwrap_or(0);
+    let mut raw = Vec::with_capacity(likely);
     let read = decoder.take(length.saturating_add(1)).read_to_end(&mut raw);
     read.map_err(|_| "its body cannot be decompressed")?;
     if raw.len() as u64 == length { Ok(raw) } else { Err("its body has another length than announced") }

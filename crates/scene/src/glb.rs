@@ -2,7 +2,7 @@
 
 use crate::error::{Place, SceneError, shown};
 use crate::uri::{self, Target};
-use gltf::{Gltf, buffer};
+use gltf::{Document, buffer, json};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ enum Bytes {
 #[derive(Debug)]
 pub(crate) struct Container {
     pub(crate) path: PathBuf,
-    pub(crate) document: Gltf,
+    pub(crate) document: Document,
     buffers: Vec<Bytes>,
 }
 
@@ -31,10 +31,13 @@ impl Container {
     /// Opens a file and finds its buffers.
     pub(crate) fn open(path: &Path) -> Result<Self, SceneError> {
         let (json, binary) = read_json(path)?;
-        let document = Gltf::from_slice(&json).map_err(|error| {
+        let fault = |error: &dyn std::fmt::Display| {
             let what = format!("this is not a glTF 2.0 scene that can be read: {error}");
             SceneError::Unsupported { path: path.to_owned(), what }
-        })?;
+        };
+        let root: json::Root = json::deserialize::from_slice(&json).map_err(|e| fault(&e))?;
+        check_attributes(&root).map_err(|e| fault(&e))?;
+        let document = Document::from_json(root).map_err(|e| fault(&e))?;
         let mut container = Self { path: path.to_owned(), document, buffers: Vec::new() };
         let mut buffers = Vec::new();
         for buffer in container.document.buffers() {
@@ -98,6 +101,20 @@ impl Container {
     pub(crate) fn read_view(&self, view: &buffer::View<'_>, most: u64) -> Result<Vec<u8>, SceneError> {
         self.read(view.buffer().index(), view.offset() as u64, (view.length() as u64).min(most))
     }
+}
+
+/// Checks the indices that the library takes for granted when it validates.
+fn check_attributes(root: &json::Root) -> Result<(), String> {
+    for (mesh, primitive) in root.meshes.iter().enumerate().flat_map(|(i, m)| m.primitives.iter().map(move |p| (i, p)))
+    {
+        for index in primitive.attributes.values() {
+            if index.value() >= root.accessors.len() {
+                let count = root.accessors.len();
+                return Err(format!("mesh {mesh} names accessor {}, but there are {count}", index.value()));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Bytes of a file.
