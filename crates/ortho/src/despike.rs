@@ -39,7 +39,7 @@ impl DespikeParams {
 ///
 /// From each local peak a flood goes down, always to the highest pixel next to it, until it holds more than `max_area`:
 /// the level where that happens is the height of the surroundings. A peak that stands at least `min_height` above it
-/// loses all that it has more than 0.5 m above it. A parapet, a chimney at the roof's edge or a roof's corner stays, for
+/// is removed with all that hangs together with it more than 0.5 m above that level. A parapet, a chimney at the roof's edge or a roof's corner stays, for
 /// the flood runs over the roof at once. Pits likewise.
 ///
 /// Working on the raster instead of the mesh's components makes the decision local: a part cut by the border of a
@@ -67,8 +67,7 @@ pub fn despike(height: &Raster<f32>, params: &DespikeParams) -> Raster<f32> {
                 }
                 let level = flood.surroundings(height, (x, y), sign, max_pixels);
                 if level <= floor {
-                    let stands_out = |at: &&(usize, usize)| sign * height[**at] > level + FOOT;
-                    flood.piece.iter().filter(stands_out).for_each(|&at| out[at] = f32::NAN);
+                    flood.above(height, (x, y), sign, level + FOOT).iter().for_each(|&at| out[at] = f32::NAN);
                 }
             }
         }
@@ -152,6 +151,26 @@ impl Flood {
             }
         }
         f32::NEG_INFINITY
+    }
+
+    /// What hangs together with a pixel above a level.
+    fn above(&mut self, height: &Raster<f32>, from: (usize, usize), sign: f32, level: f32) -> &[(usize, usize)] {
+        self.round += 1;
+        self.piece.clear();
+        self.seen[from.1 * height.width() + from.0] = self.round;
+        self.piece.push(from);
+        let mut next = 0;
+        while let Some(&(x, y)) = self.piece.get(next) {
+            next += 1;
+            for at in neighbours(height, x, y) {
+                let seen = &mut self.seen[at.1 * height.width() + at.0];
+                if *seen != self.round && sign * height[at] > level {
+                    *seen = self.round;
+                    self.piece.push(at);
+                }
+            }
+        }
+        &self.piece
     }
 }
 

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod clean;
 mod despike;
 mod file;
 mod fill_holes;
@@ -12,6 +13,7 @@ mod texture;
 mod texture_cache;
 mod walls;
 
+pub use clean::{CleanParams, clean};
 pub use despike::{DespikeParams, despike};
 pub use file::OrthoError;
 pub use fill_holes::fill_holes;

@@ -9,7 +9,7 @@ use std::ops::Range;
 #[inline]
 pub(crate) fn floor(v: f64) -> i64 {
     let whole = v as i64;
-    whole - i64::from(whole as f64 > v)
+    whole.saturating_sub(i64::from(whole as f64 > v))
 }
 
 /// One edge of the projection, from its southern to its northern end.

@@ -90,7 +90,7 @@ impl Level {
         let (x, y) = (x - 0.5, y - 0.5);
         let (x0, y0) = (floor(x), floor(y));
         let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
-        let inner = x0 >= 0 && y0 >= 0 && x0 + 1 < self.width as i64 && y0 + 1 < self.height as i64;
+        let inner = x0 >= 0 && y0 >= 0 && x0 < self.width as i64 - 1 && y0 < self.height as i64 - 1;
         let four = if inner {
             let at = y0 as usize * self.width + x0 as usize;
             let (upper, lower) = (&self.texels[at..at + 2], &self.texels[at + self.width..at + self.width + 2]);

@@ -1,6 +1,7 @@
 use super::*;
 use crate::{PlainColours, Raster, Texture, WallEvidence};
 use gable_geometry::Counter;
+use proptest::prelude::*;
 use std::sync::Arc;
 
 /// One texture for all materials.
@@ -208,4 +209,27 @@ fn the_highest_surface_wins_and_walls_below_it_count() {
     let empty: Raster<f32> =
         sample(&BlockMesh::default(), window(), &PlainColours([128; 3]), &SampleParams::default()).height;
     assert!(empty.values().iter().all(|h| h.is_nan()));
+}
+
+proptest! {
+    #[test]
+    fn nonsense_does_not_panic(
+        corners in prop::array::uniform3(prop::array::uniform3(any::<i32>())),
+        uv in prop::array::uniform3(prop::array::uniform2(any::<f32>())),
+        near in any::<bool>(),
+        step in 0.05..40.0f64,
+    ) {
+        let corners = if near { corners.map(|c| c.map(|v| v >> 14)) } else { corners };
+        let mesh = BlockMesh { triangles: vec![BlockTriangle { corners, uv, ..Default::default() }] };
+        let window = GridWindow { step, ..window() };
+        let sampled = sample(&mesh, window, &texture(), &SampleParams::default());
+        let (low, high) = (corners.map(|c| c[2]).into_iter().min(), corners.map(|c| c[2]).into_iter().max());
+        let metres = |v: Option<i32>| (f64::from(v.unwrap()) / gable_blocks::UNITS_PER_METRE) as f32;
+        for &h in sampled.height.values() {
+            prop_assert!(h.is_nan() || (metres(low)..=metres(high)).contains(&h));
+        }
+        for w in sampled.walls.values() {
+            prop_assert!(w.area.is_finite() && w.z_min <= w.z_max);
+        }
+    }
 }
