@@ -7,7 +7,6 @@ pub(crate) mod defects;
 pub(crate) mod field;
 pub(crate) mod horizon;
 
-
 use gable_geometry::DVec3;
 
 /// Pitch of the voxels of the field, metres.

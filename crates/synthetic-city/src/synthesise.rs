@@ -5,7 +5,7 @@ use crate::output::{obj, truth};
 use crate::params::{Source, SynthParams, SynthProgress, SynthReport};
 use crate::scene::{Scene, case, from_truth, town};
 use crate::sensing::columns::Columns;
-use crate::sensing::{COLUMN, TriMesh, VOXEL, decimate, defects, field, contour};
+use crate::sensing::{COLUMN, TriMesh, VOXEL, contour, decimate, defects, field};
 use crate::texture::{atlas, paint::Painter, render};
 use rayon::prelude::*;
 use serde_json::{Value, json};

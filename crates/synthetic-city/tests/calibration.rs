@@ -51,8 +51,7 @@ fn defects_are_as_strong_as_in_a_real_mesh() {
     for seed in seeds {
         let source = Source::Case(RoofCase::TwoHalls);
         // One tile, as the real block is one piece; the density gives as many faces per m² of surface.
-        let params =
-            SynthParams { seed, source, density: 6.0, slope: 0.0, tile_size: 120.0, ..SynthParams::default() };
+        let params = SynthParams { seed, source, density: 6.1, slope: 0.0, tile_size: 120.0, ..SynthParams::default() };
         let figures = named(&measure(&mesh_of(&params).expect("valid parameters")));
         for (sum, (_, v)) in mean.iter_mut().zip(figures) {
             *sum += v / seeds.len() as f64;

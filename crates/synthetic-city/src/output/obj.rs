@@ -63,9 +63,7 @@ pub(crate) fn write_tile(
     let path = folder.join(format!("{name}.obj"));
     fs::write(&path, &text.bytes).map_err(SynthError::io(path))?;
     if let Some((_, picture)) = texture {
-        let material = format!(
-            "newmtl {name}_0\nKa 1 1 1\nKd 1 1 1\nd 1\nNs 0\nillum 1\nmap_Kd {name}_0.jpg\n"
-        );
+        let material = format!("newmtl {name}_0\nKa 1 1 1\nKd 1 1 1\nd 1\nNs 0\nillum 1\nmap_Kd {name}_0.jpg\n");
         let path = folder.join(format!("{name}.mtl"));
         fs::write(&path, material).map_err(SynthError::io(path))?;
         total += write_jpg(&folder.join(format!("{name}_0.jpg")), picture)?;

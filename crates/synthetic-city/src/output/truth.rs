@@ -5,7 +5,7 @@
 //! | File | Content |
 //! |---|---|
 //! | `truth.json` | frame, extent, tiles, codes of classes |
-//! | `truth.city.jsonl` | buildings at LOD0–2, CityJSONSeq in world coordinates |
+//! | `truth.city.jsonl` | terrain, buildings at LOD0–2, CityJSONSeq in world coordinates |
 //! | `labels/{tile}.png` | class of what is uppermost, 8 bit, 0.2 m, row 0 north |
 //! | `labels/{tile}.json` | place of the raster |
 //! | `faces/{tile}.u8` | class of each face, one byte each, in the order of the OBJ file |
@@ -16,7 +16,7 @@ use crate::error::SynthError;
 use crate::scene::Scene;
 use crate::sensing::COLUMN;
 use crate::sensing::columns::Class;
-use gable_city_model::{Header, SeqWriter};
+use gable_city_model::{Header, SeqWriter, Terrain};
 use gable_geometry::{Crs, DVec3, dvec2};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde_json::{Value, json};
@@ -27,8 +27,17 @@ use std::path::Path;
 /// Grid of the terrain, metres.
 const TERRAIN_STEP: f64 = 1.0;
 
+/// Grid of the terrain's triangles, metres.
+const TIN_STEP: f64 = 5.0;
+
 /// Writes everything that does not belong to a tile.
-pub(crate) fn write_scene(folder: &Path, scene: &Scene, origin: [f64; 3], crs: &Crs, tiles: &[Value]) -> Result<(), SynthError> {
+pub(crate) fn write_scene(
+    folder: &Path,
+    scene: &Scene,
+    origin: [f64; 3],
+    crs: &Crs,
+    tiles: &[Value],
+) -> Result<(), SynthError> {
     let world = json!({ "origin": origin, "crs": crs.to_string() });
     let codes = json!({
         "ground": Class::Ground as u8,
@@ -97,11 +106,30 @@ fn write_buildings(folder: &Path, scene: &Scene, origin: [f64; 3], crs: &Crs) ->
     });
     let header = Header { title: "Synthetic city".to_owned(), origin, crs: crs.clone(), extent };
     let mut writer = SeqWriter::new(out, &header).map_err(|e| wrong(e.to_string()))?;
+    writer.write_terrain(&tin(scene)).map_err(|e| wrong(e.to_string()))?;
     for building in &scene.buildings {
         writer.write_building(&building.truth).map_err(|e| wrong(e.to_string()))?;
     }
     let mut out = writer.finish().map_err(|e| wrong(e.to_string()))?;
     out.flush().map_err(SynthError::io(&path))
+}
+
+/// The bare ground as triangles over a grid; flat to within 2 cm between its nodes.
+fn tin(scene: &Scene) -> Terrain {
+    let size = scene.extent.size();
+    let (nx, ny) = ((size.x / TIN_STEP).ceil() as u32 + 1, (size.y / TIN_STEP).ceil() as u32 + 1);
+    let mut terrain = Terrain { id: "terrain".to_owned(), ..Terrain::default() };
+    for j in 0..ny {
+        for i in 0..nx {
+            let p = (scene.extent.min + dvec2(f64::from(i), f64::from(j)) * TIN_STEP).min(scene.extent.max);
+            terrain.vertices.push(p.extend(scene.relief.height(p)));
+            if i + 1 < nx && j + 1 < ny {
+                let k = j * nx + i;
+                terrain.triangles.extend([[k, k + 1, k + nx + 1], [k, k + nx + 1, k + nx]]);
+            }
+        }
+    }
+    terrain
 }
 
 /// A label raster of a tile: `labels` row 0 south, its lower left corner at lattice (x0, y0).
@@ -135,4 +163,3 @@ pub(crate) fn write_tile(folder: &Path, name: &str, labels: &Labels, faces: &[u8
     let path = folder.join("faces").join(format!("{name}.u8"));
     fs::write(&path, faces).map_err(SynthError::io(path))
 }
-

@@ -86,7 +86,14 @@ impl SceneBuilding {
     /// Builds the solids of the upper envelope of primitives on the ground; heights of the primitives
     /// are above the mean ground around the plan. `None` if the envelope has no valid solid.
     #[must_use]
-    pub fn from_primitives(id: &str, kind: &str, primitives: &[Primitive], relief: &Relief, style: Style, seed: u64) -> Option<Self> {
+    pub fn from_primitives(
+        id: &str,
+        kind: &str,
+        primitives: &[Primitive],
+        relief: &Relief,
+        style: Style,
+        seed: u64,
+    ) -> Option<Self> {
         let around: Vec<DVec2> = primitives.iter().flat_map(|p| p.ring.iter().copied()).collect();
         let mean = around.iter().map(|p| relief.height(*p)).sum::<f64>() / around.len().max(1) as f64;
         let lifted: Vec<Primitive> = primitives
@@ -188,7 +195,9 @@ pub(crate) fn roof_faces(shell: &Shell) -> Vec<RoofFace> {
             normal += (outer[i] - origin).cross(outer[(i + 1) % outer.len()] - origin);
         }
         let mean = outer.iter().sum::<gable_geometry::DVec3>() / outer.len() as f64;
-        let Some(plane) = Plane::from_normal(normal, mean).filter(|p| normal.z > 0.0 && p.slope() < 1.5) else { continue };
+        let Some(plane) = Plane::from_normal(normal, mean).filter(|p| normal.z > 0.0 && p.slope() < 1.5) else {
+            continue;
+        };
         let polygon = Polygon {
             outer: outer.iter().map(|p| p.truncate()).collect(),
             holes: rings.map(|r| r.iter().map(|p| p.truncate()).collect()).collect(),

@@ -128,7 +128,11 @@ pub(crate) fn scene(case: RoofCase, seed: u64, slope: f64) -> Scene {
             let large = Oblong { half_length: 28.0, half_width: 22.0, ..plan };
             let shape = [
                 super::primitive::Primitive::gable(&part(&large, -1.0, 1.0, 0.4, 1.0), 7.0, 0.7),
-                super::primitive::Primitive::gable(&super::house::turned(&part(&large, -1.0, -0.55, -1.0, 0.7)), 7.0, 0.7),
+                super::primitive::Primitive::gable(
+                    &super::house::turned(&part(&large, -1.0, -0.55, -1.0, 0.7)),
+                    7.0,
+                    0.7,
+                ),
             ];
             b.add(form.name(), &shape, false, &mut c);
         }
@@ -139,8 +143,13 @@ pub(crate) fn scene(case: RoofCase, seed: u64, slope: f64) -> Scene {
             b.house(form, &wide, 5.5, 0.8, &mut c);
         }
         _ => {
-            let shape = primitives(form, &plan, 5.5, 0.8, &mut c);
-            b.add(form.name(), &shape, form == Form::Flat, &mut c);
+            // A draw may bring two corners too close together: then another is taken.
+            for _ in 0..16 {
+                let shape = primitives(form, &plan, 5.5, 0.8, &mut c);
+                if b.add(form.name(), &shape, form == Form::Flat, &mut c) {
+                    break;
+                }
+            }
         }
     }
     if let Some(building) = b.buildings.first_mut()

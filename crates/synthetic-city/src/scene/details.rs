@@ -28,8 +28,13 @@ pub(crate) fn style(flat: bool, c: &mut Counter) -> Style {
             _ => (Covering::Metal, [120.0, 150.0, 138.0]),
         }
     };
-    let facades =
-        [[214.0, 206.0, 188.0], [226.0, 222.0, 214.0], [196.0, 164.0, 128.0], [164.0, 96.0, 76.0], [200.0, 190.0, 140.0]];
+    let facades = [
+        [214.0, 206.0, 188.0],
+        [226.0, 222.0, 214.0],
+        [196.0, 164.0, 128.0],
+        [164.0, 96.0, 76.0],
+        [200.0, 190.0, 140.0],
+    ];
     let facade = facades[c.index(facades.len())];
     Style {
         covering,
@@ -54,7 +59,8 @@ pub(crate) fn details(building: &SceneBuilding, c: &mut Counter, out: &mut Vec<C
         let roof = &building.roof[face];
         let slope = roof.plane.slope();
         if slope > 0.15 && draw < 0.5 {
-            let plan = Oblong { centre: p, axis: across(roof.plane.normal().truncate()), half_length: 0.5, half_width: 0.35 };
+            let plan =
+                Oblong { centre: p, axis: across(roof.plane.normal().truncate()), half_length: 0.5, half_width: 0.35 };
             out.push(Clutter { thing: Thing::Chimney, plan, low: z - 1.5, high: z + c.range(0.7, 1.3), seed });
         } else if slope > 0.45 && draw < 0.95 {
             dormer(building, face, p, seed, c, out);
@@ -110,7 +116,8 @@ fn balconies(building: &SceneBuilding, c: &mut Counter, out: &mut Vec<Clutter>) 
     while at < length - 2.5 {
         let mut z = building.base + building.style.storey;
         while z < top - 2.0 {
-            let plan = Oblong { centre: rim.from + axis * at - axis.perp() * 0.6, axis, half_length: 1.3, half_width: 0.6 };
+            let plan =
+                Oblong { centre: rim.from + axis * at - axis.perp() * 0.6, axis, half_length: 1.3, half_width: 0.6 };
             out.push(Clutter { thing: Thing::Balcony, plan, low: z - 0.2, high: z + 0.9, seed: building.seed });
             z += building.style.storey;
         }

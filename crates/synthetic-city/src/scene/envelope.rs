@@ -219,9 +219,9 @@ fn interior_point(nodes: &[DVec2], rings: &[Vec<usize>]) -> Option<DVec2> {
         for depth in [0.05, 5e-3, 5e-4, 5e-5, 5e-6] {
             let p = a.midpoint(*b) + (b - a).normalize().perp() * depth;
             let inside = places.iter().filter(|r| ring_contains(r, p)).count() % 2 == 1;
-            let clear = places.iter().all(|r| {
-                (0..r.len()).all(|i| point_segment_distance(p, r[i], r[(i + 1) % r.len()]) > 0.5 * depth)
-            });
+            let clear = places
+                .iter()
+                .all(|r| (0..r.len()).all(|i| point_segment_distance(p, r[i], r[(i + 1) % r.len()]) > 0.5 * depth));
             if inside && clear {
                 return Some(p);
             }

@@ -32,9 +32,14 @@ pub(crate) fn scene(model: &CityModel, repeat: u32, seed: u64, slope: f64) -> Re
     let centre = (around.min + around.max) / 2.0;
     // Copies are turned by right angles, so each has a square place.
     let side = ((around.size().max_element() + 2.0 * BORDER) / 0.4).ceil() * 0.4;
-    let size = if repeat == 1 { ((around.size() + 2.0 * BORDER) / 0.4).ceil() * 0.4 } else { DVec2::splat(side * f64::from(repeat)) };
+    let size = if repeat == 1 {
+        ((around.size() + 2.0 * BORDER) / 0.4).ceil() * 0.4
+    } else {
+        DVec2::splat(side * f64::from(repeat))
+    };
     let mut builder = Builder::new(seed, Box2 { min: DVec2::ZERO, max: size }, slope);
-    builder.patch(Cover::Asphalt, Oblong { centre: size / 2.0, axis: DVec2::X, half_length: size.x, half_width: size.y });
+    builder
+        .patch(Cover::Asphalt, Oblong { centre: size / 2.0, axis: DVec2::X, half_length: size.x, half_width: size.y });
     for n in 0..repeat * repeat {
         let (i, j) = (n % repeat, n / repeat);
         let mut c = Counter::keyed(seed, &[20, i64::from(n)]);
@@ -118,10 +123,13 @@ fn place(builder: &mut Builder, building: &Building, id: String, copy: &Copy, ce
 fn surroundings(builder: &mut Builder) {
     let mut c = Counter::keyed(builder.seed, &[21]);
     let extent = builder.extent;
-    let probe = Scene::new(0, extent, builder.relief.clone(), std::mem::take(&mut builder.buildings), vec![], vec![], vec![]);
+    let probe =
+        Scene::new(0, extent, builder.relief.clone(), std::mem::take(&mut builder.buildings), vec![], vec![], vec![]);
     for b in &probe.buildings {
         let area: f64 = b.roof.iter().map(|f| f.polygon.area()).sum();
-        let Some(rim) = b.rims.iter().max_by(|x, y| x.from.distance(x.to).total_cmp(&y.from.distance(y.to))) else { continue };
+        let Some(rim) = b.rims.iter().max_by(|x, y| x.from.distance(x.to).total_cmp(&y.from.distance(y.to))) else {
+            continue;
+        };
         let axis = (rim.to - rim.from).normalize_or(DVec2::X);
         let centre = (b.bounds.min + b.bounds.max) / 2.0;
         let reach = (area.sqrt() / 2.0).max(2.0);

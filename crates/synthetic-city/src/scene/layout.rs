@@ -65,7 +65,13 @@ impl Builder {
     }
 
     /// Adds a building from primitives.
-    pub(crate) fn add(&mut self, kind: &str, shape: &[super::primitive::Primitive], flat: bool, c: &mut Counter) -> bool {
+    pub(crate) fn add(
+        &mut self,
+        kind: &str,
+        shape: &[super::primitive::Primitive],
+        flat: bool,
+        c: &mut Counter,
+    ) -> bool {
         let id = format!("synthetic-{:06}", self.buildings.len());
         let look = style(flat, c);
         let made = SceneBuilding::from_primitives(&id, kind, shape, &self.relief, look, c.bits());
@@ -106,7 +112,13 @@ impl Builder {
             let axis = if crossways { along.perp() } else { along };
             let plan = Oblong { centre, axis, half_length: c.range(1.9, 2.4), half_width: 0.9 };
             let low = self.relief.height(centre);
-            self.clutter.push(Clutter { thing: Thing::Car, plan, low: low - 0.3, high: low + c.range(1.35, 1.9), seed: c.bits() });
+            self.clutter.push(Clutter {
+                thing: Thing::Car,
+                plan,
+                low: low - 0.3,
+                high: low + c.range(1.35, 1.9),
+                seed: c.bits(),
+            });
         }
     }
 
@@ -168,7 +180,8 @@ fn streets(town: &mut Builder, cell: &Oblong, c: &mut Counter) {
         town.patch(Cover::Pavement, Oblong { half_width: half + 1.8, half_length: plan.half_length + half, ..edge });
     }
     for (plan, half) in [(*cell, 4.0), (turned(cell), 3.4)] {
-        let edge = Oblong { centre: plan.at(0.0, -1.0), half_width: half, half_length: plan.half_length + half, ..plan };
+        let edge =
+            Oblong { centre: plan.at(0.0, -1.0), half_width: half, half_length: plan.half_length + half, ..plan };
         town.patch(Cover::Asphalt, edge);
         let side = |s: f64, t: f64| edge.centre + edge.axis * (s * (plan.half_length - 6.0)) + edge.axis.perp() * t;
         town.cars(side(-1.0, half - 1.1), side(1.0, half - 1.1), 6.2, 0.45, false, c);
@@ -242,7 +255,12 @@ fn detached(town: &mut Builder, plan: &Oblong, c: &mut Counter) {
             let height = if thing == Thing::Hedge { c.range(1.0, 2.0) } else { c.range(0.8, 1.8) };
             town.fence(parcel.at(1.0, -0.95), parcel.at(1.0, 0.95), thing, height, c);
             if c.unit() < 0.5 {
-                let shed = Oblong { centre: parcel.at(-0.72, 0.8 * (2.0 * t)), axis: parcel.axis, half_length: 1.6, half_width: 1.3 };
+                let shed = Oblong {
+                    centre: parcel.at(-0.72, 0.8 * (2.0 * t)),
+                    axis: parcel.axis,
+                    half_length: 1.6,
+                    half_width: 1.3,
+                };
                 town.house(if c.unit() < 0.5 { Form::Flat } else { Form::Shed }, &shed, 2.3, 0.2, c);
             }
             for _ in 0..3 {
@@ -377,7 +395,8 @@ fn park(town: &mut Builder, plan: &Oblong, c: &mut Counter) {
 
 /// Drops trees that stand in buildings and puts some at walls, so that their crowns touch.
 fn trees_at_walls(town: &mut Builder) {
-    let probe = Scene::new(0, town.extent, town.relief.clone(), std::mem::take(&mut town.buildings), vec![], vec![], vec![]);
+    let probe =
+        Scene::new(0, town.extent, town.relief.clone(), std::mem::take(&mut town.buildings), vec![], vec![], vec![]);
     let mut c = Counter::keyed(town.seed, &[4]);
     let mut kept = Vec::new();
     for mut tree in std::mem::take(&mut town.trees) {

@@ -81,9 +81,8 @@ fn draft(envelope: &Envelope, base: f64, plane: &dyn Fn(usize) -> Plane) -> Draf
     for (f, face) in envelope.faces.iter().enumerate() {
         let same = plane(face.plane);
         let key = (0..envelope.planes.len()).find(|&k| plane(k) == same).unwrap_or(face.plane);
-        let lift = |ring: &Vec<usize>| {
-            ring.iter().map(|&n| (first[n] + roof_level(n, Some(&f))) as u32).collect::<Vec<_>>()
-        };
+        let lift =
+            |ring: &Vec<usize>| ring.iter().map(|&n| (first[n] + roof_level(n, Some(&f))) as u32).collect::<Vec<_>>();
         faces.push((Key::Roof(key), face.rings.iter().map(lift).collect()));
         let drop = |ring: &Vec<usize>| ring.iter().rev().map(|&n| first[n] as u32).collect::<Vec<_>>();
         faces.push((Key::Ground, face.rings.iter().map(drop).collect()));
@@ -206,8 +205,7 @@ fn polygons(vertices: &[DVec3], key: Key, mut next: BTreeMap<u32, Vec<u32>>) -> 
         let mut ring = vec![start];
         let mut at = start;
         let mut came = None;
-        loop {
-            let Some(choices) = next.get_mut(&at).filter(|c| !c.is_empty()) else { break };
+        while let Some(choices) = next.get_mut(&at).filter(|c| !c.is_empty()) {
             let pick = match came {
                 Some(from) if choices.len() > 1 => {
                     let back: DVec2 = flat(from) - flat(at);

@@ -63,6 +63,12 @@ impl Column {
         self.solid.max(self.slab.1).max(self.crown.1)
     }
 
+    /// Upper end of what hides other things; blobs in the air hide nothing.
+    pub(crate) fn opaque_top(&self) -> f32 {
+        let slab = if self.slab_kind == Slab::Floater { f32::NEG_INFINITY } else { self.slab.1 };
+        self.solid.max(slab).max(self.crown.1)
+    }
+
     /// Whether a building stands here (its eaves do not count).
     pub(crate) fn is_built(&self) -> bool {
         self.building != NONE && self.slab_kind != Slab::Eave
@@ -269,7 +275,9 @@ impl Columns {
                     return;
                 }
                 // Beyond the ends of the edge the roof goes on, but never higher than its corner does.
-                let over = plane.height(rim.from + along * s.clamp(-out, length + out) + along.perp() * (p - rim.from).dot(along.perp()));
+                let over = plane.height(
+                    rim.from + along * s.clamp(-out, length + out) + along.perp() * (p - rim.from).dot(along.perp()),
+                );
                 let top = over as f32;
                 if column.slab_kind == Slab::None || top < column.slab.1 {
                     column.slab = (top - 0.25, top);

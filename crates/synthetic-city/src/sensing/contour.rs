@@ -12,7 +12,7 @@ use gable_geometry::DVec3;
 use glam::DMat3;
 
 /// Weight of the distance to the mean of the crossings.
-const PULL: f64 = 0.1;
+const PULL: f64 = 0.03;
 
 /// Triangles of the zero level whose edges begin in the voxels `core` (absolute: x from, x to, y from, y to).
 pub(crate) fn surface(field: &Field, core: [i64; 4]) -> TriMesh {

@@ -222,9 +222,8 @@ impl Work {
         let mut form = self.forms[u as usize];
         form.add(&self.forms[v as usize]);
         let (p, q) = (self.places[u as usize], self.places[v as usize]);
-        let held = |w: u32, other: u32| {
-            self.fixed[w as usize] || (self.border[w as usize] && !self.border[other as usize])
-        };
+        let held =
+            |w: u32, other: u32| self.fixed[w as usize] || (self.border[w as usize] && !self.border[other as usize]);
         let ends: &[DVec3] = match (held(u, v), held(v, u)) {
             (true, _) => &[p],
             (_, true) => &[q],

@@ -13,7 +13,7 @@ pub(crate) fn tear(mesh: &mut TriMesh, field: &Field, seed: u64) {
         .iter()
         .filter(|f| {
             let p = centre(f);
-            let limit = 0.95 - 0.42 * f64::from(field.hidden(p));
+            let limit = 0.98 - 0.42 * f64::from(field.hidden(p));
             noise3(seed ^ 0x7ea, 2.4, p) < limit
         })
         .copied()

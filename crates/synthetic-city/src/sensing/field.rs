@@ -15,13 +15,13 @@ use crate::noise::noise3;
 use gable_geometry::{DVec3, dvec3};
 
 /// Deviation of the blur in metres, voxel and column averaging included.
-pub(crate) const SIGMA: f64 = 0.15;
+pub(crate) const SIGMA: f64 = 0.20;
 /// How much of the unseen is taken for solid with 0, 1 and 2 views; from 3 views on, nothing.
 const FILL: [f32; 3] = [0.9, 0.55, 0.2];
 /// Lattice pitches (metres) and amplitudes (metres) of the noise.
-const NOISE: [(f64, f64); 2] = [(0.97, 0.16), (5.0, 0.11)];
+const NOISE: [(f64, f64); 2] = [(0.92, 0.13), (5.0, 0.085)];
 /// How unevenly noise lies over the city: smooth where the surface has texture, rough where it has none.
-const UNEVEN: f64 = 2.5;
+const UNEVEN: f64 = 3.3;
 
 /// Samples of the field at the centres of voxels; positive inside.
 pub(crate) struct Field {
@@ -92,7 +92,12 @@ pub(crate) fn sense(columns: &Columns, seed: u64, noise: f64, x0: i64, y0: i64, 
 /// Noise of several wavelengths, metres.
 pub(crate) fn correlated(seed: u64, p: DVec3) -> f64 {
     let texture = (UNEVEN * noise3(seed ^ 0xaf, 8.0, p)).exp();
-    texture * NOISE.iter().enumerate().map(|(n, (pitch, gain))| gain * noise3(seed ^ (0xa0 + n as u64), *pitch, p)).sum::<f64>()
+    texture
+        * NOISE
+            .iter()
+            .enumerate()
+            .map(|(n, (pitch, gain))| gain * noise3(seed ^ (0xa0 + n as u64), *pitch, p))
+            .sum::<f64>()
 }
 
 /// Heights above which at least 1, 2 and 3 of eight cameras see (four at 45°, four at 73°).
@@ -101,7 +106,7 @@ fn visibility(columns: &Columns, x0: i64, y0: i64, nx: usize, ny: usize) -> Vec<
     let mut top = Heights { width: w, height: h, data: Vec::with_capacity(w * h) };
     for j in 0..h {
         for i in 0..w {
-            let at = |di: usize, dj: usize| columns.data[(2 * j + dj) * columns.width + 2 * i + di].top();
+            let at = |di: usize, dj: usize| columns.data[(2 * j + dj) * columns.width + 2 * i + di].opaque_top();
             top.data.push(at(0, 0).max(at(1, 0)).max(at(0, 1)).max(at(1, 1)));
         }
     }

@@ -5,9 +5,9 @@ use crate::noise::{hash, noise2, unit};
 use crate::scene::Scene;
 use crate::scene::building::SceneBuilding;
 use crate::scene::objects::{Cover, Thing};
+use crate::sensing::COLUMN;
 use crate::sensing::columns::{Class, Column, Columns, NONE, Slab};
 use crate::sensing::horizon::{Heights, directed_horizon};
-use crate::sensing::COLUMN;
 use gable_geometry::{DVec2, DVec3, point_segment_distance};
 
 /// Direction to the sun: azimuth 214° (south-south-west), elevation 43°.
@@ -38,7 +38,7 @@ impl<'a> Painter<'a> {
         let top = Heights {
             width: columns.width,
             height: columns.height,
-            data: columns.data.iter().map(Column::top).collect(),
+            data: columns.data.iter().map(Column::opaque_top).collect(),
         };
         let ground = SUN.truncate().length();
         let direction = [(SUN.x / ground) as f32, (SUN.y / ground) as f32];
@@ -57,7 +57,9 @@ impl<'a> Painter<'a> {
                 thing if thing.on_building() => Class::Building,
                 _ => Class::Clutter,
             },
-            Surface::Ground if column.slab_kind == Slab::Floater && p.z > f64::from(column.solid) + 0.8 => Class::Clutter,
+            Surface::Ground if column.slab_kind == Slab::Floater && p.z > f64::from(column.solid) + 0.8 => {
+                Class::Clutter
+            }
             Surface::Ground if column.cover == Cover::Grass => Class::Grass,
             Surface::Ground => Class::Ground,
         }
@@ -115,11 +117,7 @@ impl<'a> Painter<'a> {
     /// Facades show through within a hand of the roof's edge: pictures from the side see them there.
     fn edge_leak(&self, building: &SceneBuilding, q: DVec2, roof: Rgb) -> Rgb {
         let reach = 0.28 + 0.22 * noise2(building.seed ^ 0x1eaf, 2.2, q.x, q.y);
-        let near = building
-            .rims
-            .iter()
-            .map(|r| point_segment_distance(q, r.from, r.to))
-            .fold(f64::INFINITY, f64::min);
+        let near = building.rims.iter().map(|r| point_segment_distance(q, r.from, r.to)).fold(f64::INFINITY, f64::min);
         if near < reach { blend(roof, building.style.facade, 0.75 * (1.0 - near / reach)) } else { roof }
     }
 

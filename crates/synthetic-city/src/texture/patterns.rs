@@ -29,7 +29,8 @@ pub(crate) fn ground(seed: u64, cover: Cover, patch: Option<&Patch>, p: DVec2) -
             let base = scale([104.0, 103.0, 104.0], 1.0 + 0.1 * wide + 0.04 * fine);
             let bay = patch.is_some_and(|patch| {
                 let d = p - patch.plan.centre;
-                d.dot(patch.plan.axis).rem_euclid(2.7) < 0.14 && d.dot(patch.plan.axis.perp()) > patch.plan.half_width * 0.3
+                d.dot(patch.plan.axis).rem_euclid(2.7) < 0.14
+                    && d.dot(patch.plan.axis.perp()) > patch.plan.half_width * 0.3
             });
             if bay { [196.0, 196.0, 192.0] } else { base }
         }

@@ -91,8 +91,8 @@ fn smooth_normals(mesh: &TriMesh) -> Vec<DVec3> {
 }
 
 /// Gives empty texels beside filled ones the mean of these.
-fn spread(colours: &mut [[f32; 3]], filled: &mut Vec<bool>, width: usize, height: usize) {
-    let before = filled.clone();
+fn spread(colours: &mut [[f32; 3]], filled: &mut [bool], width: usize, height: usize) {
+    let before = filled.to_vec();
     for y in 0..height {
         for x in 0..width {
             let k = y * width + x;

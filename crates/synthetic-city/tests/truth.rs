@@ -1,0 +1,105 @@
+//! Every solid of the truth is valid, and the levels of detail agree.
+
+use gable_city_model::{Semantic, Shell, Tolerances, validate_solid};
+use gable_geometry::{DVec2, ring_area};
+use gable_synthetic_city::{RoofCase, Scene, Source, SynthParams, scene};
+
+fn make(source: Source, seed: u64, slope: f64) -> Scene {
+    scene(&SynthParams { seed, source, slope, ..SynthParams::default() }).expect("valid parameters")
+}
+
+fn volume(shell: &Shell) -> f64 {
+    let origin = shell.vertices[0];
+    let mut six = 0.0;
+    for ring in shell.faces.iter().flat_map(|f| &f.rings) {
+        for pair in ring[1..].windows(2) {
+            let [a, b, c] = [ring[0], pair[0], pair[1]].map(|v| shell.vertices[v as usize] - origin);
+            six += a.dot(b.cross(c));
+        }
+    }
+    six / 6.0
+}
+
+fn ground_area(shell: &Shell) -> f64 {
+    let faces = shell.faces.iter().filter(|f| f.semantic == Semantic::GroundSurface);
+    let ring = |r: &Vec<u32>| r.iter().map(|&v| shell.vertices[v as usize].truncate()).collect::<Vec<DVec2>>();
+    faces.flat_map(|f| &f.rings).map(|r| ring_area(&ring(r))).sum::<f64>().abs()
+}
+
+fn check(scene: &Scene, what: &str) {
+    for building in &scene.buildings {
+        let truth = &building.truth;
+        let (lod1, lod2) = (&truth.lods.lod1[0], &truth.lods.lod2[0]);
+        for shell in [lod1, lod2] {
+            let issues = validate_solid(shell, &Tolerances::strict());
+            assert!(issues.is_empty(), "{what} {}: {issues:?}", truth.id);
+        }
+        let (v1, v2) = (volume(lod1), volume(lod2));
+        assert!(v2 > 1.0 && (v1 / v2 - 1.0).abs() < 1e-6, "{what} {}: volumes {v1} and {v2}", truth.id);
+        let footprint = truth.lods.footprint.as_ref().expect("a footprint");
+        assert!((ground_area(footprint) - ground_area(lod2)).abs() < 1e-6, "{what} {}: footprint", truth.id);
+        for roof in &building.roof {
+            assert!(roof.plane.slope().to_degrees() < 70.0, "{what} {}: a wall taken for a roof", truth.id);
+        }
+    }
+}
+
+#[test]
+fn every_case_has_one_valid_building_or_a_row() {
+    for case in RoofCase::ALL {
+        for seed in 0..5 {
+            let scene = make(Source::Case(case), seed, 0.05);
+            let expected = match case {
+                RoofCase::PartyWalls | RoofCase::TwoHalls => 5,
+                _ => 1,
+            };
+            assert_eq!(scene.buildings.len(), expected, "{case:?} with seed {seed}");
+            check(&scene, &format!("{case:?} with seed {seed}"));
+        }
+    }
+}
+
+#[test]
+fn towns_are_valid_and_varied() {
+    for (seed, slope) in [(1, 0.0), (2, 0.05), (3, 0.15)] {
+        let scene = make(Source::Procedural { area_km2: 0.1 }, seed, slope);
+        check(&scene, &format!("town {seed}"));
+        let kinds: std::collections::BTreeSet<String> =
+            scene.buildings.iter().map(|b| format!("{:?}", b.truth.attributes["roof_type"])).collect();
+        assert!(scene.buildings.len() > 80 && kinds.len() >= 9, "{} buildings, {kinds:?}", scene.buildings.len());
+        let touching = scene.trees.iter().filter(|t| {
+            let near = |b: &gable_synthetic_city::SceneBuilding| {
+                let reach = t.radius;
+                b.rims.iter().any(|r| gable_geometry::point_segment_distance(t.place, r.from, r.to) < reach)
+            };
+            scene.buildings.iter().any(near)
+        });
+        let share = touching.count() as f64 / scene.trees.len() as f64;
+        assert!((0.15..0.45).contains(&share), "{share:.2} of the trees touch buildings");
+    }
+}
+
+/// Roof faces by case, counted by hand.
+#[test]
+fn roofs_have_as_many_planes_as_their_kind_says() {
+    let counts = [
+        (RoofCase::Gable, 2),
+        (RoofCase::Hip, 4),
+        (RoofCase::HalfHip, 4),
+        (RoofCase::Mansard, 8),
+        (RoofCase::Shed, 1),
+        (RoofCase::Pyramid, 4),
+        (RoofCase::CrossGable, 4),
+        (RoofCase::LShape, 4),
+        (RoofCase::FlatParapet, 1),
+        (RoofCase::Terraces, 3),
+        (RoofCase::Courtyard, 8),
+        (RoofCase::Skew, 2),
+    ];
+    for (case, planes) in counts {
+        for seed in 0..5 {
+            let scene = make(Source::Case(case), seed, 0.0);
+            assert_eq!(scene.buildings[0].roof.len(), planes, "{case:?} with seed {seed}");
+        }
+    }
+}
