@@ -48,6 +48,10 @@ pub(crate) struct GlobalArgs {
 pub(crate) enum Command {
     /// Turn a city mesh into a city model
     Run(RunArgs),
+    /// Make a small city with known truth, model it, and measure the result
+    Demo(DemoArgs),
+    /// Measure a result against the truth
+    Eval(EvalArgs),
     /// Make a city mesh with known truth, with the defects of photogrammetry
     Synth(SynthArgs),
     /// List every parameter with unit, default and range
@@ -59,6 +63,8 @@ impl Command {
     pub(crate) fn json(&self) -> bool {
         match self {
             Self::Run(args) => args.json,
+            Self::Demo(args) => args.json,
+            Self::Eval(args) => args.json,
             Self::Synth(args) => args.json,
             Self::Params(args) => args.json,
         }
@@ -135,6 +141,68 @@ pub(crate) struct ParamArgs {
     /// Memory to stay under, MB
     #[arg(long, value_name = "MB")]
     pub(crate) memory: Option<String>,
+}
+
+const DEMO_HELP: &str = "\
+Examples:
+  gable demo
+  gable demo --out demo --seed 7 --area 0.05
+  gable demo --preset zhu2018 --json
+
+Makes a city of gabled, hipped, flat and L-shaped houses on sloping ground as a textured mesh with the
+defects of photogrammetry (DIR/city), models it (DIR/result), and measures the models against the truth.";
+
+/// Arguments of `gable demo`.
+#[derive(Debug, Args)]
+#[command(after_help = DEMO_HELP)]
+pub(crate) struct DemoArgs {
+    /// Folder for the city, the result and the report
+    #[arg(short, long, value_name = "DIR", default_value = "gable-demo")]
+    pub(crate) out: PathBuf,
+    /// Seed of the city
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Area of the city, km²
+    #[arg(long, value_name = "KM2", default_value_t = 0.03)]
+    pub(crate) area: f64,
+    /// Print the figures as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+const EVAL_HELP: &str = "\
+Examples:
+  gable eval --truth city/truth --result result
+  gable eval --truth delft.city.jsonl --result result --mesh delft/mesh --json > figures.json
+  gable eval --truth city/truth --result result --again result-16x16
+
+A truth or a result is a CityJSON or CityJSONSeq file, or a folder that gable synth or gable run has made.
+Completeness, correctness, footprint IoU, roof errors, distances, complexity, validity, regularity.";
+
+/// Arguments of `gable eval`.
+#[derive(Debug, Args)]
+#[command(after_help = EVAL_HELP)]
+pub(crate) struct EvalArgs {
+    /// The truth: a file, or the folder truth of gable synth
+    #[arg(long, value_name = "PATH")]
+    pub(crate) truth: PathBuf,
+    /// The result to judge: a file, or the folder of gable run
+    #[arg(long, value_name = "PATH")]
+    pub(crate) result: PathBuf,
+    /// The mesh that the result was made from, for distances to it
+    #[arg(long, value_name = "PATH")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Another result of the same city, to be compared building by building
+    #[arg(long, value_name = "PATH")]
+    pub(crate) again: Option<PathBuf>,
+    /// Where the report with pictures goes; by default evaluation.html in the folder of the result
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the figures as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 const SYNTH_HELP: &str = "\

@@ -4,6 +4,7 @@
 
 use crate::terminal;
 use gable_pipeline::{ErrorKind, ParamError, PipelineError};
+use gable_scene::SceneError;
 use gable_synthetic_city::SynthError;
 use std::process::ExitCode;
 
@@ -26,6 +27,7 @@ fn number(error: &anyhow::Error) -> u8 {
     let bad_input = error.is::<ParamError>()
         || error.is::<UsageError>()
         || error.is::<gable_city_model::Error>()
+        || error.is::<SceneError>()
         || matches!(error.downcast_ref(), Some(SynthError::Parameter { .. } | SynthError::EmptyTruth));
     match error.downcast_ref::<PipelineError>().map(PipelineError::kind) {
         Some(ErrorKind::Input) => 2,

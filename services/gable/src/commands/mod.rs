@@ -1,5 +1,7 @@
 //! The commands.
 
+mod demo;
+mod eval;
 mod params;
 mod run;
 mod synth;
@@ -8,14 +10,24 @@ use crate::cli::{Cli, Command, ParamArgs};
 use crate::exit::{Outcome, UsageError};
 use anyhow::Context as _;
 use gable_pipeline::Params;
+use std::path::{Path, PathBuf};
 
 /// Runs the command that was given.
 pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
     match &cli.command {
         Command::Run(args) => run::run(args, cli.global.quiet),
+        Command::Demo(args) => demo::run(args, cli.global.quiet),
+        Command::Eval(args) => eval::run(args),
         Command::Synth(args) => synth::run(args, cli.global.quiet),
         Command::Params(args) => params::run(args),
     }
+}
+
+/// The mesh that a path stands for: a folder that `gable synth` has made holds it in `mesh`, beside the truth.
+pub(crate) fn mesh_folder(path: &Path) -> PathBuf {
+    let made = path.join("truth").join("truth.json").is_file();
+    let inner = path.join("mesh");
+    if made && inner.is_dir() { inner } else { path.to_owned() }
 }
 
 /// The values that the arguments ask for.

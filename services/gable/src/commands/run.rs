@@ -10,7 +10,7 @@ use std::path::Path;
 /// Models a city.
 pub(crate) fn run(args: &RunArgs, quiet: bool) -> anyhow::Result<Outcome> {
     let params = super::assemble(&args.params)?;
-    let summary = observed(&args.input, &args.out, &params, quiet)?;
+    let summary = observed(&super::mesh_folder(&args.input), &args.out, &params, quiet)?;
     if args.json {
         terminal::json(&summary);
     } else {

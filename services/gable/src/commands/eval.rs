@@ -1,0 +1,113 @@
+//! `gable eval`: how good a result is.
+
+use crate::cli::EvalArgs;
+use crate::exit::{Outcome, UsageError};
+use crate::terminal;
+use anyhow::Context as _;
+use gable_city_model::{CityModel, ReadOptions, read_cityjson};
+use gable_evaluation::{Evaluation, Inputs, Options, evaluate, html_report};
+use gable_geometry::DVec3;
+use gable_scene::{OpenOptions, Scene, SceneError, Triangle};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
+
+/// Measures a result.
+pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Outcome> {
+    let (evaluation, report) =
+        measure(&args.truth, &args.result, args.mesh.as_deref(), args.again.as_deref(), args.report.as_deref())?;
+    if args.json {
+        terminal::json(&evaluation);
+    } else {
+        terminal::stdout(&evaluation.table());
+        if let Some(report) = report {
+            terminal::stdout(&format!("report: {}", report.display()));
+        }
+    }
+    Ok(Outcome::Success)
+}
+
+/// Measures a result and writes the report, whose path is returned if there is one.
+pub(crate) fn measure(
+    truth: &Path,
+    result: &Path,
+    mesh: Option<&Path>,
+    again: Option<&Path>,
+    report: Option<&Path>,
+) -> anyhow::Result<(Evaluation, Option<PathBuf>)> {
+    let truth = read(truth)?;
+    let report = report.map(Path::to_owned).or_else(|| result.is_dir().then(|| result.join("evaluation.html")));
+    let result = read(result)?;
+    let again = again.map(read).transpose()?;
+    let options = Options::default();
+    let evaluation = match mesh {
+        Some(mesh) => with_mesh(&truth, &result, again.as_ref(), mesh, &options)?,
+        None => evaluate(Inputs { again: again.as_ref(), ..Inputs::new(&truth, &result) }, &options)?,
+    };
+    if let Some(path) = &report {
+        let page = html_report(&truth, &result, &evaluation, &options)?;
+        std::fs::write(path, page).with_context(|| path.display().to_string())?;
+    }
+    Ok((evaluation, report))
+}
+
+/// The evaluation with the mesh, which is read on another thread while it is measured, a piece at a time.
+fn with_mesh(
+    truth: &CityModel,
+    result: &CityModel,
+    again: Option<&CityModel>,
+    mesh: &Path,
+    options: &Options,
+) -> anyhow::Result<Evaluation> {
+    let scene = Scene::open(super::mesh_folder(mesh), &OpenOptions::default())?;
+    let origin = DVec3::from_array(truth.origin);
+    let (sender, receiver) = sync_channel::<Vec<[DVec3; 3]>>(4);
+    std::thread::scope(|scope| {
+        let reader = scope.spawn(move || {
+            scene.for_each_chunk::<SceneError>(|chunk: &[Triangle]| {
+                // The other side ends early only if it fails, and then says why.
+                sender.send(chunk.iter().map(|t| t.corners.map(|c| c - origin)).collect()).ok();
+                Ok(())
+            })
+        });
+        let triangles = Box::new(receiver.into_iter().flatten());
+        let evaluation = evaluate(Inputs { mesh: Some(triangles), again, ..Inputs::new(truth, result) }, options);
+        reader.join().map_err(|_| anyhow::anyhow!("{}: reading the mesh failed", mesh.display()))??;
+        Ok(evaluation?)
+    })
+}
+
+/// The city model in a file, or in a folder of a truth or a result.
+fn read(path: &Path) -> anyhow::Result<CityModel> {
+    let reading = read_cityjson(&model_file(path)?, &ReadOptions::default())?;
+    for note in &reading.notes {
+        tracing::info!("{}: {note}", path.display());
+    }
+    Ok(reading.model)
+}
+
+/// The file of a model that may be named by its folder.
+fn model_file(path: &Path) -> Result<PathBuf, UsageError> {
+    if !path.is_dir() {
+        return Ok(path.to_owned());
+    }
+    let names = ["truth.city.jsonl", "city.city.jsonl", "truth/truth.city.jsonl"];
+    names.iter().map(|name| path.join(name)).find(|file| file.is_file()).ok_or_else(|| {
+        UsageError(format!("{}: none of {} is in this folder: name the file", path.display(), names.join(", ")))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_stand_for_their_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = model_file(folder.path()).unwrap_err().to_string();
+        assert!(message.contains("city.city.jsonl"), "{message}");
+        let file = folder.path().join("city.city.jsonl");
+        std::fs::write(&file, "").unwrap();
+        assert_eq!(model_file(folder.path()).unwrap(), file);
+        assert_eq!(model_file(&file).unwrap(), file);
+    }
+}
