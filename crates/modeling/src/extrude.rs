@@ -9,9 +9,12 @@ use gable_city_model::{Attributes, Face, Semantic, Shell};
 use gable_geometry::{DVec2, Plane};
 use std::collections::BTreeMap;
 
-/// Heights at one vertex that differ by less than this (metres) become one. Half of it is the most that a roof
-/// corner leaves its plane, which stays under the 1 cm that a validator grants.
-pub(crate) const WELD: f64 = 0.012;
+/// Heights at one vertex that differ by less than this (metres) become one: what the rounding of vertices to the
+/// lattice of the arrangement leaves between planes that meet in their line of intersection.
+pub(crate) const WELD: f64 = 0.004;
+
+/// How far a vertex may leave the wall that runs past it, metres.
+const STRAIGHT: f64 = 4e-3;
 
 /// Extrudes a partition to its planes from a flat underside at `base`. Every roof must stand above the base at
 /// all its vertices, and junctions must have been [split](crate::junctions::split).
@@ -169,33 +172,10 @@ fn outer_walls(partition: &Partition, levels: &Levels) -> (Vec<Face>, Vec<Face>)
     let outer: Vec<usize> = (0..partition.edges.len())
         .filter(|&i| !index.contains_key(&(partition.edges[i].to, partition.edges[i].from)))
         .collect();
-    // After split junctions one outer edge leaves each vertex; a second one (none is expected) keeps its own wall.
-    let mut leaving: BTreeMap<u32, usize> = BTreeMap::new();
-    for &i in &outer {
-        leaving.entry(partition.edges[i].from).or_insert(i);
-    }
-    let direction = |i: usize| {
-        let e = &partition.edges[i];
-        (partition.vertices[e.to as usize] - partition.vertices[e.from as usize]).normalize_or_zero()
-    };
-    let goes_on = |i: usize| {
-        let next = *leaving.get(&partition.edges[i].to)?;
-        straight(direction(i), direction(next), partition, i, next).then_some(next)
-    };
-    let mut starts_inside = vec![false; partition.edges.len()];
-    for &i in &outer {
-        if let Some(next) = goes_on(i) {
-            starts_inside[next] = true;
-        }
-    }
     let mut walls = Vec::new();
     let mut corners: BTreeMap<u32, u32> = BTreeMap::new();
-    for &start in outer.iter().filter(|&&i| !starts_inside[i]) {
-        let mut chain = vec![start];
-        while let Some(next) = goes_on(chain[chain.len() - 1]) {
-            chain.push(next);
-        }
-        let (from, to) = (partition.edges[start].from, partition.edges[chain[chain.len() - 1]].to);
+    for chain in chains(partition, &outer) {
+        let (from, to) = (partition.edges[chain[0]].from, partition.edges[chain[chain.len() - 1]].to);
         corners.insert(from, to);
         let mut ring = vec![levels.base(from)];
         let mut level = levels.base(to);
@@ -218,13 +198,53 @@ fn outer_walls(partition: &Partition, levels: &Levels) -> (Vec<Face>, Vec<Face>)
     (walls, undersides(partition, levels, &corners))
 }
 
-fn straight(a: DVec2, b: DVec2, partition: &Partition, first: usize, second: usize) -> bool {
-    let length = |i: usize| {
-        let e = &partition.edges[i];
-        partition.vertices[e.from as usize].distance(partition.vertices[e.to as usize])
-    };
-    // The corner may leave the common line by 2 mm.
-    a.dot(b) > 0.0 && a.perp_dot(b).abs() * length(first).min(length(second)) < 2e-3
+/// Outer edges in runs that are straight to within [`STRAIGHT`], ring by ring, each ring from its sharpest corner.
+fn chains(partition: &Partition, outer: &[usize]) -> Vec<Vec<usize>> {
+    // After split junctions one outer edge leaves each vertex.
+    let leaving: BTreeMap<u32, usize> = outer.iter().rev().map(|&i| (partition.edges[i].from, i)).collect();
+    let point = |v: u32| partition.vertices[v as usize];
+    let direction = |i: usize| (point(partition.edges[i].to) - point(partition.edges[i].from)).normalize_or_zero();
+    let mut seen = vec![false; partition.edges.len()];
+    let mut out = Vec::new();
+    for &start in outer {
+        let mut ring = Vec::new();
+        let mut at = start;
+        while !seen[at] {
+            seen[at] = true;
+            ring.push(at);
+            let Some(&next) = leaving.get(&partition.edges[at].to) else { break };
+            at = next;
+        }
+        if ring.is_empty() {
+            continue;
+        }
+        let turn = |i: usize| direction(ring[(i + ring.len() - 1) % ring.len()]).dot(direction(ring[i]));
+        let sharpest = (0..ring.len()).min_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(0);
+        ring.rotate_left(sharpest);
+        let mut chain: Vec<usize> = Vec::new();
+        for edge in ring {
+            if !chain.is_empty() && !is_straight(partition, &chain, edge) {
+                out.push(std::mem::take(&mut chain));
+            }
+            chain.push(edge);
+        }
+        out.push(chain);
+    }
+    out
+}
+
+/// Whether all vertices inside a run that is lengthened by an edge lie on its chord, and it does not turn back.
+fn is_straight(partition: &Partition, chain: &[usize], edge: usize) -> bool {
+    let point = |v: u32| partition.vertices[v as usize];
+    let (a, b) = (point(partition.edges[chain[0]].from), point(partition.edges[edge].to));
+    let Some(along) = (b - a).try_normalize() else { return false };
+    let mut reached = 0.0;
+    chain.iter().all(|&i| {
+        let d: DVec2 = point(partition.edges[i].to) - a;
+        let onward = d.dot(along) > reached;
+        reached = d.dot(along);
+        onward && d.perp_dot(along).abs() < STRAIGHT
+    }) && (b - a).dot(along) > reached
 }
 
 /// The underside: rings of corners at the base, turned to face down.

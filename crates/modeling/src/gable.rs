@@ -9,6 +9,7 @@
 //! 4. segments slice the plane only as far as the next segment, not without end;
 //! 5. the faces are labelled with a ground label and in cubic metres.
 
+use crate::collapse::short_edges;
 use crate::creases::{Crease, creases};
 use crate::faces::{Weights, assign};
 use crate::input::BuildingInput;
@@ -19,7 +20,7 @@ use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use crate::surface::{NONE, complete};
 use gable_arrangement::{Arrangement, Extension, Options, extend};
 use gable_geometry::{DVec2, Plane};
-use gable_lines::LineSegment;
+use gable_lines::{LineSegment, PolylineParams, Ring, fit_polyline, merge_collinear, snap_directions, trace_outline};
 use gable_ortho::Raster;
 
 /// Two planes that differ by less than this where they touch, metres, meet there; otherwise there is a step.
@@ -27,6 +28,12 @@ const MEETING: f64 = 0.5;
 
 /// How far a segment runs on beyond the place where it hits another, metres.
 const OVERSHOOT: f64 = 0.02;
+
+/// Walls within this angle of a facade direction turn to it, radians (8°).
+const SNAP: f64 = 0.14;
+
+/// Edges shorter than this are collapsed, metres.
+const SHORTEST: f64 = 0.1;
 
 /// How far a line of intersection may lie from the border between its planes, metres.
 const CREASE_REACH: f64 = 1.2;
@@ -38,69 +45,109 @@ pub(crate) struct Reconstruction {
 }
 
 /// Models one building down to its partition. `base` is the height of the ground.
+///
+/// Where no plane holds on any face, as on small or ragged buildings, the straightened outline of the mask under one
+/// level plane is what remains.
 pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> Result<Reconstruction, String> {
-    let (planes, labels) = roof_planes(input, params);
-    let surface = complete(&labels, &planes, &input.height, &input.mask);
-    let creases = creases(&surface, &planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
-    let walls = walls(input, &surface, &planes, params);
+    let outline = outline(input);
+    let frames = facade_frames(&outline);
+    let (planes, labels) = roof_planes(input, &frames, params);
+    if let Some(found) = with_planes(input, &planes, &labels, &frames, base, params)? {
+        return Ok(found);
+    }
+    let level = [Plane::horizontal(median_height(input))];
+    let all = input.mask.map(|&m| if m { 0 } else { NONE });
+    let coarse = Params { collinear: 0.0, beta: 0.0, min_cell_area: 0.0, ..params.clone() };
+    with_planes(input, &level, &all, &[], base, &coarse)?.ok_or_else(|| "no roof stands above the ground".to_owned())
+}
+
+/// The partition for given planes; `None` if none of them covers anything.
+fn with_planes(
+    input: &BuildingInput,
+    planes: &[Plane],
+    labels: &Raster<u16>,
+    frames: &[f64],
+    base: f64,
+    params: &Params,
+) -> Result<Option<Reconstruction>, String> {
+    let surface = complete(labels, planes, &input.height, &input.mask);
+    let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
+    let walls = walls(input, &surface, planes, frames, params);
     let arrangement = arrange(&walls, &creases, params);
     let weights = Weights { beta: params.beta, truncation: 1.0, stranger: 0.1 };
-    let faces = assign(&arrangement, &planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+    let faces = assign(&arrangement, planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
     let (partition, regions) = dissolve(&arrangement, &faces);
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();
     let (partition, planes) = clip_to_ground(partition, planes, base + 0.5);
-    if planes.is_empty() {
-        return Err("no roof plane covers any face of the footprint".to_owned());
-    }
-    Ok(Reconstruction { partition, planes })
+    let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
+    Ok((!planes.is_empty()).then_some(Reconstruction { partition, planes }))
+}
+
+/// The outline of the mask as straight segments.
+fn outline(input: &BuildingInput) -> Vec<LineSegment> {
+    let fit = |ring: &Ring| fit_polyline(&ring.middles(), &PolylineParams::default());
+    trace_outline(&input.mask).iter().flat_map(fit).collect()
 }
 
 /// The planes of the roof, regularised, and the pixels that support them. A building without any plane gets a level
 /// one at its median height.
-fn roof_planes(input: &BuildingInput, params: &Params) -> (Vec<Plane>, Raster<u16>) {
-    let detection = gable_planes::grow::Params {
+fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<Plane>, Raster<u16>) {
+    let detection = gable_planes::Params {
         distance: params.plane_distance,
         angle: params.plane_angle,
         min_area: params.plane_area,
         ..Default::default()
     };
-    let mut found = gable_planes::grow::detect(&input.height, Some(&input.normal), &input.mask, &detection);
+    let mut found = gable_planes::detect(&input.height, Some(&input.normal), &input.mask, &detection);
     if found.planes.is_empty() {
-        let inside = input.height.values().iter().zip(input.mask.values()).filter(|&(z, &m)| m && !z.is_nan());
-        let mut heights: Vec<f32> = inside.map(|(&z, _)| z).collect();
-        heights.sort_by(f32::total_cmp);
-        let median = heights.get(heights.len() / 2).copied().unwrap_or(0.0);
-        return (vec![Plane::horizontal(f64::from(median))], input.mask.map(|&m| if m { 0 } else { NONE }));
+        return (vec![Plane::horizontal(median_height(input))], input.mask.map(|&m| if m { 0 } else { NONE }));
     }
+    gable_planes::regularise(&mut found, &input.height, frames, &Default::default());
     found.planes.truncate(params.max_planes);
     let kept = found.planes.len() as u16;
     let labels = found.labels.map(|&l| if l < kept { l } else { NONE });
     (found.planes.iter().map(|p| p.plane).collect(), labels)
 }
 
-/// Walls and steps: the borders of the plane regions as straight segments, without those that planes meet in.
-fn walls(input: &BuildingInput, surface: &Raster<u16>, planes: &[Plane], params: &Params) -> Vec<LineSegment> {
+fn median_height(input: &BuildingInput) -> f64 {
+    let inside = input.height.values().iter().zip(input.mask.values()).filter(|&(z, &m)| m && !z.is_nan());
+    let mut heights: Vec<f32> = inside.map(|(&z, _)| z).collect();
+    heights.sort_by(f32::total_cmp);
+    heights.get(heights.len() / 2).map_or(0.0, |&z| f64::from(z))
+}
+
+/// Walls and steps: the borders of the plane regions as straight segments with the higher side to their left,
+/// without those that planes meet in.
+fn walls(
+    input: &BuildingInput,
+    surface: &Raster<u16>,
+    planes: &[Plane],
+    frames: &[f64],
+    params: &Params,
+) -> Vec<LineSegment> {
     let mut found = Vec::new();
     for plane in 0..planes.len() as u16 {
         let region = surface.map(|&l| l == plane);
-        for ring in gable_lines::trace_outline(&region) {
-            found.extend(gable_lines::fit_polyline(&ring.middles(), &gable_lines::PolylineParams::default()));
+        for ring in trace_outline(&region) {
+            found.extend(fit_polyline(&ring.middles(), &PolylineParams::default()));
         }
     }
-    found.retain(|s| s.a.distance(s.b) >= 0.5 * params.line_length && is_step(s, surface, planes));
+    found.retain(|s| s.length() >= 0.5 * params.line_length && is_step(s, surface, planes));
+    snap_directions(&mut found, frames, SNAP);
     for segment in &mut found {
         if let Some((shift, share)) = offset(segment, &input.height, Profile { reach: 1.2, step: 0.5 }) {
-            let across = (segment.b - segment.a).normalize().perp() * shift;
+            let across = segment.vector().normalize_or_zero().perp() * shift;
             segment.a += across;
             segment.b += across;
             segment.weight *= 0.5 + share;
         }
     }
-    found
+    if params.collinear > 0.0 { merge_collinear(found, params.collinear) } else { found }
 }
 
-/// Whether a border segment is a wall or a step: the label to its right lies outside or is a plane of another height.
+/// Whether a border segment is a wall or a step down: the label to its right lies outside or is a lower plane. (Seen
+/// from the lower plane, the same step is a segment of the higher one.)
 fn is_step(segment: &LineSegment, surface: &Raster<u16>, planes: &[Plane]) -> bool {
     let along = segment.b - segment.a;
     let Some(unit) = along.try_normalize() else { return false };
@@ -113,11 +160,19 @@ fn is_step(segment: &LineSegment, surface: &Raster<u16>, planes: &[Plane]) -> bo
         let label = |side: f64| surface.at(at + left * side * 1.5 * pixel).copied().unwrap_or(NONE);
         steps += usize::from(match (label(1.0), label(-1.0)) {
             (a, b) if a == b => false,
-            (NONE, _) | (_, NONE) => true,
-            (a, b) => (planes[a as usize].height(at) - planes[b as usize].height(at)).abs() >= MEETING,
+            (_, NONE) => true,
+            (NONE, _) => false,
+            (a, b) => planes[a as usize].height(at) - planes[b as usize].height(at) >= MEETING,
         });
     }
     2 * steps > count
+}
+
+/// Facade directions (radians, modulo 90°), the strongest first, from the lengths of the wall segments.
+fn facade_frames(walls: &[LineSegment]) -> Vec<f64> {
+    let normals = walls.iter().map(|s| (s.vector().to_angle(), s.length()));
+    let frames = gable_planes::facade_directions::histogram(normals, &Default::default());
+    frames.into_iter().map(|f| f.angle).collect()
 }
 
 /// The subdivision of the plane by walls and creases.

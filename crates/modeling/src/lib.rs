@@ -1,5 +1,6 @@
 //! One building: from rasters to LOD0, LOD1 and LOD2.
 
+mod collapse;
 mod creases;
 mod extrude;
 mod faces;

@@ -8,6 +8,7 @@ use crate::params::Format;
 use crate::summary::Lod;
 use crate::{PipelineError, Stage};
 use gable_city_model::{Building, CityModel, Header, SeqWriter, Terrain as Tin};
+use gable_geometry::dvec2;
 use gable_segmentation::Terrain;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -58,7 +59,7 @@ pub(crate) fn write(
         .map(|&(ix, iy)| {
             context.check_cancelled()?;
             let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
-            let tin = context.params.output.terrain.then(|| tin(context, blocks, terrain, ix, iy)).flatten();
+            let tin = if context.params.output.terrain { tin(context, blocks, terrain, ix, iy)? } else { None };
             let model = CityModel {
                 title: format!("{title}, tile {ix}_{iy}"),
                 origin: blocks.frame().origin,
@@ -150,7 +151,29 @@ fn city(
 }
 
 /// The terrain of a tile as triangles; neighbours share the vertices along their border.
-fn tin(context: &Context<'_>, blocks: &Blocks, terrain: &Terrain, ix: u32, iy: u32) -> Option<Tin> {
-    let _ = (context, blocks, terrain, ix, iy);
-    None
+fn tin(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    terrain: &Terrain,
+    ix: u32,
+    iy: u32,
+) -> Result<Option<Tin>, PipelineError> {
+    let Some(core) = blocks.core(ix, iy) else { return Ok(None) };
+    // Nodes every so many whole pixels; the last column and row may reach beyond the tile by less than a cell.
+    let (bounds, step) = (core.bounds(), core.step);
+    let cell = (context.params.segmentation.terrain_cell / step).round().max(1.0) * step;
+    let (width, height) = (nodes(bounds.size().x, cell), nodes(bounds.size().y, cell));
+    let heights: Vec<f64> = (0..width * height)
+        .map(|i| terrain.height(bounds.min + dvec2((i % width) as f64, (i / width) as f64) * cell))
+        .collect();
+    let tolerance = context.params.output.terrain_tolerance;
+    let name = format!("terrain-{ix}-{iy}");
+    gable_city_model::tin_from_grid(&name, &heights, width, height, cell, bounds.min, tolerance)
+        .map(Some)
+        .map_err(|e| context.failed(Stage::Write, &name, e))
+}
+
+/// Nodes along a side, at least two.
+fn nodes(side: f64, cell: f64) -> usize {
+    (side / cell).ceil().max(1.0) as usize + 1
 }

@@ -1,0 +1,144 @@
+//! Removes edges that are too short to mean anything.
+//!
+//! Lines that almost meet in one point leave edges of a few centimetres in the arrangement: at the foot of a hip beside
+//! the corner of the walls, or where three planes almost share a point. They carry no information, and the slivers
+//! beside them fail validation.
+
+use crate::partition::Partition;
+use gable_geometry::{DVec2, Orientation, orientation};
+
+/// Collapses edges shorter than `shortest` metres, the shortest first, each to that of its ends where most edges
+/// meet (the other would move them all). An edge stays if its ends share a neighbour (a triangle would vanish) or if
+/// another edge would be crossed. O(short edges · edges).
+pub(crate) fn short_edges(partition: &Partition, shortest: f64) -> Partition {
+    let mut part = partition.clone();
+    let mut refused: Vec<(u32, u32)> = Vec::new();
+    loop {
+        let length = |a: u32, b: u32| part.vertices[a as usize].distance(part.vertices[b as usize]);
+        let next = part
+            .edges
+            .iter()
+            .map(|e| (e.from.min(e.to), e.from.max(e.to)))
+            .filter(|&(a, b)| length(a, b) < shortest && !refused.contains(&(a, b)))
+            .min_by(|&(a, b), &(c, d)| length(a, b).total_cmp(&length(c, d)).then((a, b).cmp(&(c, d))));
+        let Some((a, b)) = next else { return part.compacted() };
+        let (na, nb) = (neighbours(&part, a), neighbours(&part, b));
+        let (keep, drop) = if nb.len() > na.len() { (b, a) } else { (a, b) };
+        let moved: Vec<u32> =
+            if drop == a { na.clone() } else { nb.clone() }.into_iter().filter(|&n| n != keep).collect();
+        let shared = na.iter().any(|n| nb.contains(n));
+        if shared || !is_free(&part, keep, drop, &moved) {
+            refused.push((a, b));
+            continue;
+        }
+        merge(&mut part, keep, drop);
+    }
+}
+
+/// Vertices joined to `v` by an edge, in either direction, ascending.
+fn neighbours(part: &Partition, v: u32) -> Vec<u32> {
+    let mut out: Vec<u32> = part
+        .edges
+        .iter()
+        .filter_map(|e| if e.from == v { Some(e.to) } else { (e.to == v).then_some(e.from) })
+        .collect();
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
+/// Whether the edges of `drop` can end at `keep` instead without touching any other edge.
+fn is_free(part: &Partition, keep: u32, drop: u32, moved: &[u32]) -> bool {
+    let at = |v: u32| part.vertices[v as usize];
+    moved.iter().all(|&m| {
+        let (p, q) = (at(keep), at(m));
+        part.edges.iter().all(|e| {
+            let ends = [e.from, e.to];
+            // Edges that move too, or share an end with the new edge, meet it in that end only, unless they overlap.
+            if ends.contains(&drop) {
+                return true;
+            }
+            let other = match (ends.contains(&keep), ends.contains(&m)) {
+                (true, true) => return false,
+                (true, false) => Some((p, q, if e.from == keep { e.to } else { e.from })),
+                (false, true) => Some((q, p, if e.from == m { e.to } else { e.from })),
+                (false, false) => None,
+            };
+            match other {
+                Some((end, far, v)) => {
+                    let (d, o) = (far - end, at(v) - end);
+                    d.perp_dot(o).abs() > 1e-9 * d.length() * o.length() || d.dot(o) < 0.0
+                }
+                None => !cross(p, q, at(e.from), at(e.to)),
+            }
+        })
+    })
+}
+
+/// Whether two segments share a point.
+fn cross(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
+    if a.min(b).cmpgt(c.max(d)).any() || c.min(d).cmpgt(a.max(b)).any() {
+        return false;
+    }
+    let splits = |p, q, r, s| {
+        let (x, y) = (orientation(p, q, r), orientation(p, q, s));
+        x != y || x == Orientation::On
+    };
+    splits(a, b, c, d) && splits(c, d, a, b)
+}
+
+/// Lets all edges of `drop` end at `keep` and removes the edge between them.
+fn merge(part: &mut Partition, keep: u32, drop: u32) {
+    let gone = |from: u32, to: u32| (from == keep && to == drop) || (from == drop && to == keep);
+    let dead: Vec<bool> = part.edges.iter().map(|e| gone(e.from, e.to)).collect();
+    let mut number = vec![usize::MAX; dead.len()];
+    let mut count = 0;
+    for (i, dead) in dead.iter().enumerate() {
+        if !dead {
+            number[i] = count;
+            count += 1;
+        }
+    }
+    let follow = |mut e: usize| {
+        while dead[e] {
+            e = part.edges[e].next;
+        }
+        number[e]
+    };
+    part.edges = (0..dead.len())
+        .filter(|&i| !dead[i])
+        .map(|i| {
+            let mut e = part.edges[i];
+            e.next = follow(e.next);
+            for end in [&mut e.from, &mut e.to] {
+                if *end == drop {
+                    *end = keep;
+                }
+            }
+            e
+        })
+        .collect();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::dvec2;
+
+    #[test]
+    fn a_cut_corner_becomes_sharp() {
+        let vertices = vec![dvec2(0.0, 0.0), dvec2(4.0, 0.0), dvec2(4.0, 3.95), dvec2(3.96, 4.0), dvec2(0.0, 4.0)];
+        let p = Partition::from_rings(vertices, &[(0, vec![0, 1, 2, 3, 4])]);
+        let out = short_edges(&p, 0.1);
+        assert_eq!((out.edges.len(), out.vertices.len()), (4, 4));
+        assert!((out.areas()[0] - 16.0).abs() < 0.2);
+        assert_eq!(short_edges(&p, 0.05), p);
+    }
+
+    #[test]
+    fn a_triangle_does_not_vanish() {
+        let vertices = vec![dvec2(0.0, 0.0), dvec2(4.0, 0.0), dvec2(4.0, 0.05)];
+        let p = Partition::from_rings(vertices, &[(0, vec![0, 1, 2])]);
+        assert_eq!(short_edges(&p, 0.1), p);
+    }
+}
