@@ -113,6 +113,9 @@ pub(crate) struct City<'a> {
     pub(crate) objects: Vec<Object<'a>>,
     pub(crate) blocks: Vec<Block>,
     tree: Tree,
+    /// Triangles of all roofs with their objects, and a tree over them.
+    roofs: Vec<([DVec3; 3], u32)>,
+    roof_tree: Tree,
 }
 
 impl<'a> City<'a> {
@@ -120,7 +123,11 @@ impl<'a> City<'a> {
     pub(crate) fn new(model: &'a CityModel, shift: DVec3) -> Self {
         let objects: Vec<Object<'a>> = model.buildings.par_iter().map(|b| Object::new(b, shift)).collect();
         let boxes: Vec<Bounds> = objects.iter().map(|o| o.bounds).collect();
-        let mut city = Self { objects, blocks: Vec::new(), tree: Tree::new(&boxes) };
+        let of_object = |(i, o): (usize, &Object<'_>)| o.roof().map(|f| (f.corners, i as u32)).collect::<Vec<_>>();
+        let roofs: Vec<([DVec3; 3], u32)> = objects.iter().enumerate().flat_map(of_object).collect();
+        let roof_boxes: Vec<Bounds> = roofs.iter().map(|r| Bounds::of(r.0)).collect();
+        let (tree, roof_tree) = (Tree::new(&boxes), Tree::new(&roof_boxes));
+        let mut city = Self { objects, blocks: Vec::new(), tree, roofs, roof_tree };
         city.blocks = city.connected();
         city
     }
@@ -159,19 +166,11 @@ impl<'a> City<'a> {
     pub(crate) fn is_outside(&self, position: DVec3, normal: DVec3) -> bool {
         let p = position + normal * OUTSIDE;
         let at = p.truncate();
-        let inside = |i: usize| {
-            let object = &self.objects[i];
-            object.roof().any(|f| height_at(f.corners, at).is_some_and(|z| z > p.z)) && object.footprint.contains(at)
-        };
-        !self.near(Box2 { min: at, max: at }).into_iter().any(inside)
-    }
-
-    /// The highest roof above a place.
-    #[cfg(test)]
-    pub(crate) fn roof_height(&self, at: DVec2) -> Option<f64> {
-        let near = self.near(Box2 { min: at, max: at });
-        let heights = near.iter().flat_map(|&i| self.objects[i].roof()).filter_map(|f| height_at(f.corners, at));
-        heights.reduce(f64::max)
+        let above = Bounds { low: p, high: at.extend(f64::INFINITY) };
+        !self.roof_tree.any(&above, |k| {
+            let (corners, object) = self.roofs[k];
+            height_at(corners, at).is_some_and(|z| z > p.z) && self.objects[object as usize].footprint.contains(at)
+        })
     }
 }
 
@@ -183,7 +182,7 @@ pub(crate) fn height_at([a, b, c]: [DVec3; 3], at: DVec2) -> Option<f64> {
         return None;
     }
     let (s, t) = (w.perp_dot(v) / det, u.perp_dot(w) / det);
-    (s >= 0.0 && t >= 0.0 && s + t <= 1.0).then(|| a.z + s * (b.z - a.z) + t * (c.z - a.z))
+    (s >= 0.0 && t >= 0.0 && s + t <= 1.0).then_some(a.z + s * (b.z - a.z) + t * (c.z - a.z))
 }
 
 /// Whether two regions overlap or come within [`TOUCHING`].

@@ -111,10 +111,12 @@ fn triangles(city: &City<'_>, keep: impl Fn(Semantic) -> bool) -> Triangles {
     Triangles::new(facets.filter(|f| keep(f.semantic)).map(|f| f.corners).collect())
 }
 
-fn measure<'a>(samples: impl IntoIterator<Item = &'a Vec<Sample>>, to: &Triangles) -> Spread {
-    let groups: Vec<&Vec<Sample>> = samples.into_iter().collect();
-    let distances: Vec<Vec<f64>> =
-        groups.par_iter().map(|g| g.iter().map(|s| to.distance(s.position, CUT)).collect()).collect();
+/// Distances of each group of samples.
+fn measure(samples: &[Vec<Sample>], to: &Triangles) -> Vec<Vec<f64>> {
+    samples.par_iter().map(|g| g.iter().map(|s| to.distance(s.position, CUT)).collect()).collect()
+}
+
+fn spread(distances: &[Vec<f64>]) -> Spread {
     Spread::of(distances.concat())
 }
 
@@ -129,11 +131,12 @@ pub(crate) fn distances(
     let (ours, theirs) = (outside(truth, density, seed), outside(result, density, seed));
     let (truth_triangles, model) = (triangles(truth, |_| true), triangles(result, |_| true));
     let found = |i: usize| truth.objects[i].area >= 50.0 && coverage.truth[i] >= COVERED;
-    let found = ours.iter().enumerate().filter(|(i, _)| found(*i)).map(|(_, s)| s);
+    let to_model = measure(&ours, &model);
+    let found = to_model.iter().enumerate().filter(|(i, _)| found(*i)).flat_map(|(_, d)| d);
     let mut out = Distances {
-        truth_to_model: measure(&ours, &model),
-        truth_to_model_found_from_50: measure(found, &model),
-        model_to_truth: measure(&theirs, &truth_triangles),
+        truth_to_model: spread(&to_model),
+        truth_to_model_found_from_50: Spread::of(found.copied().collect()),
+        model_to_truth: spread(&measure(&theirs, &truth_triangles)),
         ..Distances::default()
     };
     if let Some(mesh) = mesh {
@@ -147,10 +150,10 @@ pub(crate) fn distances(
         };
         let roof_points: Vec<Vec<Sample>> =
             mesh.par_iter().enumerate().map(on_roof).filter(|p| !p.is_empty()).collect();
-        out.roof_points_to_roofs = Some(measure(&roof_points, &model_roofs));
+        out.roof_points_to_roofs = Some(spread(&measure(&roof_points, &model_roofs)));
         let mesh = Triangles::new(mesh);
-        out.model_to_mesh = Some(measure(&theirs, &mesh));
-        out.truth_to_mesh = Some(measure(&ours, &mesh));
+        out.model_to_mesh = Some(spread(&measure(&theirs, &mesh)));
+        out.truth_to_mesh = Some(spread(&measure(&ours, &mesh)));
     }
     out
 }

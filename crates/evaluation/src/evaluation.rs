@@ -1,13 +1,22 @@
 //! All metrics of a result against the truth.
 
+use crate::agreement::Agreement;
 use crate::city::City;
+use crate::coherence::{Coherence, coherence};
 use crate::complexity::{Complexity, complexity};
 use crate::distances::{Distances, distances, mesh_near};
+use crate::error::positive;
 use crate::footprints::{Footprints, footprints, match_blocks};
+use crate::labels::{LabelRasters, Labels, labels};
 use crate::objects::{COVERED, Coverage, Detection, detection};
 use crate::planes::RoofPlanes;
-use crate::roofs::{Roofs, roof_fits, roofs};
+use crate::regularity::{Regularity, regularity};
+use crate::roofs::{RoofFit, Roofs, roof_fits, roofs};
+use crate::terrain::{TerrainFit, terrain};
+use crate::validity::{Validity, validity};
+use crate::{Error, table};
 use gable_city_model::CityModel;
+use gable_city_model::validate::Tolerances;
 use gable_geometry::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -27,11 +36,34 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { roof_step: 0.25, density: 4.0, seed: 1 }
+        Self { roof_step: 0.25, density: 2.0, seed: 1 }
     }
 }
 
-/// Every figure about a result.
+/// What is measured against what. Models may have different origins.
+pub struct Inputs<'a> {
+    /// The truth, with LOD0 and LOD2 (LOD1 where there is no LOD2).
+    pub truth: &'a CityModel,
+    /// The result to judge.
+    pub result: &'a CityModel,
+    /// Triangles of the mesh that the result was made from, in the truth's local frame. Read once; only those near
+    /// buildings are kept.
+    pub mesh: Option<Box<dyn Iterator<Item = [DVec3; 3]> + 'a>>,
+    /// Labels of pixels.
+    pub labels: Option<LabelRasters<'a>>,
+    /// The same city, made with another grid of blocks or other threads.
+    pub again: Option<&'a CityModel>,
+}
+
+impl<'a> Inputs<'a> {
+    /// Two models, without mesh and labels.
+    #[must_use]
+    pub fn new(truth: &'a CityModel, result: &'a CityModel) -> Self {
+        Self { truth, result, mesh: None, labels: None, again: None }
+    }
+}
+
+/// Every figure about a result. Lengths are metres, areas m², angles degrees, shares in [0, 1].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Which buildings were found: all, from 10 m² and from 50 m².
@@ -48,37 +80,86 @@ pub struct Evaluation {
     pub distances: Distances,
     /// Polygons, triangles and vertices.
     pub complexity: Complexity,
+    /// Validity at val3dity's default tolerances.
+    pub validity: Validity,
+    /// Validity at strict tolerances (0.1 mm, 1 mm).
+    pub validity_strict: Validity,
+    /// Regularity of the truth.
+    pub regularity_truth: Regularity,
+    /// Regularity of the result.
+    pub regularity: Regularity,
+    /// Coherence of the result's levels of detail.
+    pub coherence: Coherence,
+    /// Fit of the terrain, where both models have one.
+    pub terrain: Option<TerrainFit>,
+    /// Labels of pixels, where given.
+    pub labels: Option<Labels>,
+    /// Agreement with another run, where given.
+    pub agreement: Option<Agreement>,
 }
 
-/// Measures `result` against `truth`. `mesh` is the mesh that the result was made from, in the truth's local frame.
+impl Evaluation {
+    /// The figures as text for a terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        table::text(&table::sections(self))
+    }
+}
+
+/// Measures a result against the truth. Time is O(n log n) in what the models hold, the same on any number of threads.
 ///
-/// Models may have different origins. Time is O(n log n) in what they hold; a thousand buildings take a second or two.
-pub fn evaluate(
-    truth: &CityModel,
-    result: &CityModel,
-    mesh: Option<&mut dyn Iterator<Item = [DVec3; 3]>>,
-    options: &Options,
-) -> Evaluation {
-    let shift = DVec3::from_array(result.origin) - DVec3::from_array(truth.origin);
-    let (truth, result) = (City::new(truth, DVec3::ZERO), City::new(result, shift));
-    let coverage = Coverage::new(&truth, &result);
-    let matches = match_blocks(&truth, &result);
-    let planes = [&RoofPlanes::new(&truth), &RoofPlanes::new(&result)];
-    let fits = roof_fits(&truth, &result, planes, options.roof_step);
+/// # Errors
+/// If the label rasters do not have the size that they say, or a step or density is not positive.
+pub fn evaluate(inputs: Inputs<'_>, options: &Options) -> Result<Evaluation, Error> {
+    let Inputs { truth, result, mesh, labels: rasters, again } = inputs;
+    positive("roof_step", options.roof_step)?;
+    positive("density", options.density)?;
+    let pair = Pair::new(truth, result, options);
+    let Pair { truth: t, result: r, coverage, .. } = &pair;
+    let matches = match_blocks(t, r);
     let uncovered = |city: &City<'_>, shares: &[f64]| {
         let lost = city.objects.iter().zip(shares).filter(|(o, s)| o.area >= 10.0 && **s < COVERED);
         lost.map(|(o, _)| o.building.id.clone()).collect()
     };
-    Evaluation {
-        objects: AREA_CLASSES.map(|from| detection(&truth, &result, &coverage, from)).to_vec(),
-        missed: uncovered(&truth, &coverage.truth),
-        invented: uncovered(&result, &coverage.result),
-        footprints: footprints(&truth, &result, &matches),
-        roofs: roofs(&truth, &result, &fits, planes, &matches),
-        distances: {
-            let mesh = mesh.map(|m| mesh_near(m, [&truth, &result]));
-            distances(&truth, &result, &coverage, mesh, options.density, options.seed)
-        },
-        complexity: complexity(&truth, &result, &matches),
+    let mesh = mesh.map(|m| mesh_near(m, [t, r]));
+    Ok(Evaluation {
+        objects: AREA_CLASSES.map(|from| detection(t, r, coverage, from)).to_vec(),
+        missed: uncovered(t, &coverage.truth),
+        invented: uncovered(r, &coverage.result),
+        footprints: footprints(t, r, &matches),
+        roofs: roofs(t, r, &pair.fits, [&pair.planes[0], &pair.planes[1]], &matches),
+        distances: distances(t, r, coverage, mesh, options.density, options.seed),
+        complexity: complexity(t, r, &matches),
+        validity: validity(result, &Tolerances::default()),
+        validity_strict: validity(result, &Tolerances::strict()),
+        regularity_truth: regularity(truth),
+        regularity: regularity(result),
+        coherence: coherence(result),
+        terrain: terrain(truth, result, t, pair.shift),
+        labels: rasters.map(|l| labels(&l)).transpose()?,
+        agreement: again.map(|again| crate::agreement(result, again)),
+    })
+}
+
+/// Truth and result made ready for measuring, and what several metrics and the report need of them.
+pub(crate) struct Pair<'a> {
+    pub(crate) truth: City<'a>,
+    pub(crate) result: City<'a>,
+    /// From the result's coordinates to the truth's.
+    pub(crate) shift: DVec3,
+    pub(crate) coverage: Coverage,
+    pub(crate) planes: [RoofPlanes; 2],
+    /// For each building of the truth.
+    pub(crate) fits: Vec<RoofFit>,
+}
+
+impl<'a> Pair<'a> {
+    pub(crate) fn new(truth: &'a CityModel, result: &'a CityModel, options: &Options) -> Self {
+        let shift = DVec3::from_array(result.origin) - DVec3::from_array(truth.origin);
+        let (truth, result) = (City::new(truth, DVec3::ZERO), City::new(result, shift));
+        let coverage = Coverage::new(&truth, &result);
+        let planes = [RoofPlanes::new(&truth), RoofPlanes::new(&result)];
+        let fits = roof_fits(&truth, &result, [&planes[0], &planes[1]], options.roof_step);
+        Self { truth, result, shift, coverage, planes, fits }
     }
 }

@@ -75,7 +75,7 @@ impl HeightRaster {
             }
             let from = low.ceil().max(0.0);
             let to = high.floor().min(self.width as f64 - 1.0);
-            if !(from <= to) {
+            if from > to {
                 continue;
             }
             for i in from as usize..=to as usize {

@@ -1,24 +1,42 @@
-//! The metrics that judge a city model.
+#![doc = include_str!("../README.md")]
 
+mod agreement;
 mod city;
+mod coherence;
 mod complexity;
 mod distances;
+mod error;
 mod evaluation;
 mod footprints;
 mod height_raster;
+mod labels;
 mod objects;
+mod picture;
 mod planes;
 mod region;
+mod regularity;
+mod report;
 mod roofs;
 mod statistics;
+mod table;
+mod terrain;
 mod tree;
 mod triangles;
+mod validity;
 
+pub use agreement::{Agreement, agreement};
+pub use coherence::Coherence;
 pub use complexity::{Complexity, PerBuilding, Size};
 pub use distances::{CUT, Distances};
-pub use evaluation::{AREA_CLASSES, Evaluation, Options, evaluate};
+pub use error::Error;
+pub use evaluation::{AREA_CLASSES, Evaluation, Inputs, Options, evaluate};
 pub use footprints::{Footprints, Overlap};
+pub use labels::{ClassFigures, LabelFigures, LabelRasters, Labels};
 pub use objects::{COVERED, Detection, Rates};
 pub use planes::PlaneMatches;
+pub use regularity::Regularity;
+pub use report::html_report;
 pub use roofs::Roofs;
 pub use statistics::Spread;
+pub use terrain::TerrainFit;
+pub use validity::Validity;

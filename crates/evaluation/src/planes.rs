@@ -19,6 +19,8 @@ const SHARED: f64 = 0.5;
 /// A roof plane: roof faces of one building that share edges and lie in one plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoofPlane {
+    /// Building that it belongs to.
+    pub(crate) object: usize,
     /// Unit normal.
     pub(crate) normal: DVec3,
     /// Area in plan, m².
@@ -35,7 +37,7 @@ pub(crate) struct RoofPlanes {
 
 impl RoofPlanes {
     pub(crate) fn new(city: &City<'_>) -> Self {
-        let parts: Vec<(Vec<RoofPlane>, Vec<u32>)> = city.objects.par_iter().map(object_planes).collect();
+        let parts: Vec<(Vec<RoofPlane>, Vec<u32>)> = city.objects.par_iter().enumerate().map(object_planes).collect();
         let mut out = Self::default();
         for (planes, mut of_facet) in parts {
             let first = out.planes.len() as u32;
@@ -47,7 +49,7 @@ impl RoofPlanes {
     }
 }
 
-fn object_planes(object: &Object<'_>) -> (Vec<RoofPlane>, Vec<u32>) {
+fn object_planes((index, object): (usize, &Object<'_>)) -> (Vec<RoofPlane>, Vec<u32>) {
     let mut face_of: BTreeMap<u32, usize> = BTreeMap::new();
     // Twice the vector area of each face, and the sum of centres weighted by area.
     let mut faces: Vec<(DVec3, DVec3, f64)> = Vec::new();
@@ -86,7 +88,7 @@ fn object_planes(object: &Object<'_>) -> (Vec<RoofPlane>, Vec<u32>) {
     for group in groups {
         let sum: DVec3 = group.iter().map(|&f| faces[f].0).sum();
         group.iter().for_each(|&f| plane_of[f] = planes.len() as u32);
-        planes.push(RoofPlane { normal: sum.normalize_or_zero(), plan_area: 0.5 * sum.z.abs() });
+        planes.push(RoofPlane { object: index, normal: sum.normalize_or_zero(), plan_area: 0.5 * sum.z.abs() });
     }
     let of_facet = object.facets.iter().map(|facet| {
         let is_roof = facet.semantic == gable_city_model::Semantic::RoofSurface;
@@ -96,7 +98,7 @@ fn object_planes(object: &Object<'_>) -> (Vec<RoofPlane>, Vec<u32>) {
 }
 
 /// How roof planes of the truth are represented. Planes are partners if, seen from above, they share at least half of the
-/// smaller one; planes under 1 m² in plan are left out.
+/// smaller one; planes of which less than 1 m² is seen are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlaneMatches {
     /// Planes of the truth.
@@ -119,45 +121,46 @@ pub struct PlaneMatches {
     pub one_to_one_area: f64,
 }
 
-/// `shared` is the area in plan that pairs of planes (truth, result) share, m².
+/// Planes are those of truth and result; `seen` is the area of the truth's planes that is not under another roof and
+/// `shared` the area that pairs of planes (truth, result) share, in plan, m².
 pub(crate) fn match_planes(
-    truth: &RoofPlanes,
-    result: &RoofPlanes,
+    [truth, result]: [&RoofPlanes; 2],
+    seen: &BTreeMap<u32, f64>,
     shared: &BTreeMap<(u32, u32), f64>,
 ) -> PlaneMatches {
-    let counted = |planes: &RoofPlanes, p: u32| planes.planes[p as usize].plan_area >= LEAST_AREA;
     let n = truth.planes.len();
-    let mut seen = vec![false; result.planes.len()];
-    let mut links = Vec::new();
-    for (&(t, r), &area) in shared {
-        let (a, b) = (&truth.planes[t as usize], &result.planes[r as usize]);
-        seen[r as usize] = true;
-        if counted(truth, t) && counted(result, r) && area >= SHARED * a.plan_area.min(b.plan_area) {
-            links.push((t as usize, n + r as usize));
-        }
+    let large = |planes: &RoofPlanes, p: u32, seen: f64| {
+        seen >= LEAST_AREA && planes.planes[p as usize].plan_area >= LEAST_AREA
+    };
+    let ours: BTreeMap<u32, f64> = seen.iter().map(|(&p, &a)| (p, a)).filter(|&(p, a)| large(truth, p, a)).collect();
+    let mut theirs: BTreeMap<u32, f64> = BTreeMap::new();
+    for (&(_, r), area) in shared {
+        *theirs.entry(r).or_default() += area;
     }
-    let mut out = PlaneMatches::default();
-    let (mut total, mut single) = (0.0, 0.0);
+    theirs.retain(|&r, &mut area| large(result, r, area));
+    let links = shared.iter().filter_map(|(&(t, r), &area)| {
+        let smaller = ours.get(&t)?.min(result.planes[r as usize].plan_area);
+        (theirs.contains_key(&r) && area >= SHARED * smaller).then_some((t as usize, n + r as usize))
+    });
+    let mut out = PlaneMatches { truth: ours.len(), result: theirs.len(), ..PlaneMatches::default() };
+    let mut single = 0.0;
     for group in groups(n + result.planes.len(), links) {
-        let of_truth: Vec<u32> = group.iter().filter(|&&i| i < n).map(|&i| i as u32).collect();
-        let of_result: Vec<u32> = group.iter().filter(|&&i| i >= n).map(|&i| (i - n) as u32).collect();
-        let t = of_truth.iter().filter(|&&p| counted(truth, p)).count();
-        let r = of_result.iter().filter(|&&p| counted(result, p) && seen[p as usize]).count();
-        out.truth += t;
-        out.result += r;
-        total += of_truth.iter().map(|&p| truth.planes[p as usize].plan_area).sum::<f64>();
+        let of_truth: Vec<f64> =
+            group.iter().filter(|&&i| i < n).filter_map(|&i| ours.get(&(i as u32))).copied().collect();
+        let t = of_truth.len();
+        let r = group.iter().filter(|&&i| i >= n && theirs.contains_key(&((i - n) as u32))).count();
         match (t, r) {
             (0, _) => out.invented += r,
             (_, 0) => out.missed += t,
             (1, 1) => {
                 out.one_to_one += 1;
-                single += truth.planes[of_truth[0] as usize].plan_area;
+                single += of_truth[0];
             }
             (1, _) => out.one_to_many += 1,
             (_, 1) => out.many_to_one += t,
             _ => out.many_to_many += t,
         }
     }
-    out.one_to_one_area = ratio(single, total);
+    out.one_to_one_area = ratio(single, ours.values().sum());
     out
 }

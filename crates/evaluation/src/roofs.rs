@@ -63,7 +63,10 @@ pub(crate) struct RoofFit {
     /// Highest and lowest, truth and result.
     ridge: [f64; 2],
     eave: [f64; 2],
+    /// Area in plan of pairs of planes (truth, result), m².
     shared: BTreeMap<(u32, u32), f64>,
+    /// Area in plan of the truth's planes that is not under another roof, m².
+    seen: BTreeMap<u32, f64>,
 }
 
 impl RoofFit {
@@ -80,24 +83,24 @@ impl RoofFit {
         let bounds = gable_geometry::Box2::of(own.roof().flat_map(|f| f.corners).map(|p| p.truncate()));
         let mut ours = HeightRaster::covering(bounds, step);
         let mut theirs = ours.clone();
-        for (facet, &plane) in own.facets.iter().zip(&planes[0].of_facet[object]) {
-            if plane != NONE {
-                ours.draw(facet.corners, plane);
-            }
-        }
-        for other in result.near(bounds) {
-            for (facet, &plane) in result.objects[other].facets.iter().zip(&planes[1].of_facet[other]) {
-                if plane != NONE {
-                    theirs.draw(facet.corners, plane);
+        let draw = |raster: &mut HeightRaster, city: &City<'_>, planes: &RoofPlanes| {
+            for i in city.near(bounds) {
+                for (facet, &plane) in city.objects[i].facets.iter().zip(&planes.of_facet[i]) {
+                    if plane != NONE {
+                        raster.draw(facet.corners, plane);
+                    }
                 }
             }
-        }
+        };
+        draw(&mut ours, truth, planes[0]);
+        draw(&mut theirs, result, planes[1]);
         let mut out = Self { ridge: [f64::NEG_INFINITY; 2], eave: [f64::INFINITY; 2], ..Self::default() };
         for at in 0..ours.tag.len() {
-            if ours.tag[at] == NONE {
+            if ours.tag[at] == NONE || planes[0].planes[ours.tag[at] as usize].object != object {
                 continue;
             }
             out.samples += 1;
+            *out.seen.entry(ours.tag[at]).or_default() += step * step;
             if theirs.tag[at] == NONE {
                 continue;
             }
@@ -154,6 +157,7 @@ pub(crate) fn roofs(
             *shared.entry(pair).or_default() += area;
         }
     }
+    let seen = fits.iter().flat_map(|f| f.seen.iter().map(|(&p, &a)| (p, a))).collect();
     let samples: usize = fits.iter().map(|f| f.samples).sum();
     let covered: usize = fits.iter().map(|f| f.errors.len()).sum();
     Roofs {
@@ -170,7 +174,7 @@ pub(crate) fn roofs(
         eave_error: absolute(&eave),
         eave_bias: mean(eave),
         volume_ratio: volume_ratio(truth, result, matches),
-        planes: match_planes(planes[0], planes[1], &shared),
+        planes: match_planes([planes[0], planes[1]], &seen, &shared),
     }
 }
 

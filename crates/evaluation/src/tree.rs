@@ -42,7 +42,7 @@ struct Node {
 }
 
 /// Boxes in a binary tree, split at the median of the longest axis. Built in O(n log n); a nearest question takes
-/// O(log n) on surfaces.
+/// O(log n) on surfaces. Halving keeps the depth under 32, and a search holds at most two boxes a level.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
@@ -88,20 +88,36 @@ impl Tree {
 
     /// Calls `visit` for every item whose node's box overlaps `bounds`: a superset of the items that do.
     pub(crate) fn near(&self, bounds: &Bounds, mut visit: impl FnMut(usize)) {
-        let mut stack = vec![0_u32];
-        while let Some(at) = stack.pop() {
-            let Some(node) = self.nodes.get(at as usize) else { continue };
+        self.any(bounds, |i| {
+            visit(i);
+            false
+        });
+    }
+
+    /// Whether `test` holds for an item that [`Tree::near`] visits; stops at the first.
+    pub(crate) fn any(&self, bounds: &Bounds, mut test: impl FnMut(usize) -> bool) -> bool {
+        // The left child follows its parent, so a stack as deep as the tree is enough.
+        let mut stack = [0_u32; 64];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let at = stack[depth];
+            let node = &self.nodes[at as usize];
             if !node.bounds.overlaps(bounds) {
                 continue;
             }
             if node.count > 0 {
                 let items = &self.items[node.first as usize..][..node.count as usize];
-                items.iter().for_each(|&i| visit(i as usize));
+                if items.iter().any(|&i| test(i as usize)) {
+                    return true;
+                }
             } else {
-                stack.push(node.first);
-                stack.push(at + 1);
+                stack[depth] = node.first;
+                stack[depth + 1] = at + 1;
+                depth += 2;
             }
         }
+        false
     }
 
     /// The least of `distance_squared(item)`, which must not be below that of the item's box; `limit` (squared) if none
@@ -109,8 +125,12 @@ impl Tree {
     pub(crate) fn nearest_squared(&self, p: DVec3, limit: f64, distance_squared: impl Fn(usize) -> f64) -> f64 {
         let mut best = limit;
         let Some(root) = self.nodes.first() else { return best };
-        let mut stack = vec![(root.bounds.distance_squared(p), 0_u32)];
-        while let Some((from, at)) = stack.pop() {
+        let mut stack = [(0.0, 0_u32); 64];
+        stack[0].0 = root.bounds.distance_squared(p);
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (from, at) = stack[depth];
             if from >= best {
                 continue;
             }
@@ -125,8 +145,9 @@ impl Tree {
             let near = |n: u32| (self.nodes[n as usize].bounds.distance_squared(p), n);
             let (a, b) = (near(left), near(right));
             let (close, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
-            stack.push(far);
-            stack.push(close);
+            stack[depth] = far;
+            stack[depth + 1] = close;
+            depth += 2;
         }
         best
     }

@@ -51,10 +51,6 @@ impl Triangles {
         Self { tree: Tree::new(&boxes), corners }
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.corners.is_empty()
-    }
-
     /// Distance from a point to the nearest triangle, at most `limit`.
     pub(crate) fn distance(&self, p: DVec3, limit: f64) -> f64 {
         let distance = |i: usize| closest_point(self.corners[i], p).distance_squared(p);

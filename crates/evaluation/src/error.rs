@@ -1,0 +1,35 @@
+//! What can be wrong with what is to be measured.
+
+/// An evaluation that cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A raster of labels does not have the size that it should.
+    #[error("the {which} labels have {found} pixels, expected {width} × {height}")]
+    Labels {
+        /// Truth or result.
+        which: &'static str,
+        /// Pixels found.
+        found: usize,
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// A step or density that cannot be measured with.
+    #[error("{name} is {value}, give a positive number")]
+    Option {
+        /// Name of the option.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A picture of the report could not be made.
+    #[error("cannot encode a picture of the report: {0}")]
+    Picture(#[from] image::ImageError),
+}
+
+/// Refuses what is not a positive finite number.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(Error::Option { name, value }) }
+}
