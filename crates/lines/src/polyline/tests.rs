@@ -199,3 +199,20 @@ proptest! {
         prop_assert!(residual <= least + 1e-9 && residual >= least * 0.98 - 2e-3);
     }
 }
+
+proptest! {
+    #[test]
+    fn chains_of_ragged_masks_are_closed_and_near(bits in prop::collection::vec(0..5u8, 300)) {
+        let window = GridWindow { step: 0.3, x0: -3, y0: 4, width: 20, height: 15 };
+        for ring in trace_outline(&Raster::new(window, bits.iter().map(|&b| b > 0).collect())) {
+            let middles = ring.middles();
+            let chain = fit_polyline(&middles, &PolylineParams::default());
+            assert_closed(&chain);
+            for s in &chain {
+                prop_assert!(s.a.is_finite() && s.length() > 0.0 && s.weight > 0.0);
+                let near = middles.iter().map(|m| m.distance(s.a)).fold(f64::INFINITY, f64::min);
+                prop_assert!(near < 2.5, "{} from the contour", near);
+            }
+        }
+    }
+}
