@@ -21,6 +21,11 @@ impl Result {
     }
 }
 
+/// A run without report.
+fn models(more: &[&str]) -> Result {
+    run(&[more, &["--set", "output.report=false"]].concat())
+}
+
 fn run(more: &[&str]) -> Result {
     let folder = tempfile::tempdir().unwrap();
     let mesh = town(1, AREA).join("mesh");
@@ -77,12 +82,12 @@ fn buildings_in_tiles(out: &Path) -> usize {
 
 #[test]
 fn the_grid_changes_no_building() {
-    let whole = run(&["--grid", "1x1"]);
+    let whole = models(&["--grid", "1x1"]);
     let reference = read_city(&whole.city(), None);
     let expected = footprints(&reference);
     assert!(!expected.is_empty());
     for grid in ["4x4", "16x16"] {
-        let result = run(&["--grid", grid]);
+        let result = models(&["--grid", grid]);
         let found = footprints(&read_city(&result.city(), Some(&reference)));
         assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>(), "ids of {grid}");
         for (id, polygons) in &expected {
@@ -94,9 +99,9 @@ fn the_grid_changes_no_building() {
 
 #[test]
 fn threads_change_no_byte() {
-    let one = bytes_of_models(&run(&["--grid", "4x4", "--threads", "1"]).out());
+    let one = bytes_of_models(&models(&["--grid", "4x4", "--threads", "1"]).out());
     for threads in ["2", "4"] {
-        let many = bytes_of_models(&run(&["--grid", "4x4", "--threads", threads]).out());
+        let many = bytes_of_models(&models(&["--grid", "4x4", "--threads", threads]).out());
         assert_eq!(one.keys().collect::<Vec<_>>(), many.keys().collect::<Vec<_>>());
         for (name, bytes) in &one {
             assert!(bytes == &many[name], "{name} differs with {threads} threads");

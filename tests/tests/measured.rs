@@ -1,0 +1,53 @@
+//! Making, modelling and measuring: `gable demo` and `gable eval`.
+
+use gable_tests::{run_gable, town};
+
+#[test]
+fn the_demo_ends_with_figures_and_a_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("demo");
+    let arguments = ["demo", "--out", out.to_str().unwrap(), "--area", "0.01", "--grid", "4x4"];
+    let text = run_gable(&arguments).success().stdout;
+    for wanted in ["buildings found", "footprint IoU", "roof RMSE", "faces", "seconds", "report.html"] {
+        assert!(text.contains(wanted), "{wanted} is missing:\n{text}");
+    }
+    let path = text.lines().find_map(|line| line.strip_prefix("report:")).unwrap().trim();
+    let page = std::fs::read_to_string(path).unwrap();
+    assert!(page.contains("<img ") && page.trim_end().ends_with("</html>"));
+}
+
+#[test]
+fn the_truth_is_perfect_against_itself() {
+    let truth = town(1, 0.02).join("truth");
+    let report = tempfile::tempdir().unwrap();
+    let file = report.path().join("evaluation.html");
+    let figures = run_gable(&[
+        "eval",
+        "--truth",
+        truth.to_str().unwrap(),
+        "--result",
+        truth.to_str().unwrap(),
+        "--report",
+        file.to_str().unwrap(),
+        "--json",
+    ])
+    .success()
+    .json();
+    for class in figures["objects"].as_array().unwrap() {
+        assert_eq!(class["per_object"]["quality"].as_f64(), Some(1.0), "{class}");
+        assert!((class["per_area"]["quality"].as_f64().unwrap() - 1.0).abs() < 1e-6, "{class}");
+    }
+    assert!(figures["roofs"]["height_rmse"].as_f64().unwrap() < 1e-6, "{}", figures["roofs"]);
+    assert!(figures["footprints"]["blocks"]["mean_iou"].as_f64().unwrap() > 0.999_999, "{}", figures["footprints"]);
+    assert!(std::fs::read_to_string(file).unwrap().contains("<html"));
+}
+
+#[test]
+fn a_folder_without_a_model_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = town(1, 0.02).join("truth");
+    let path = folder.path().to_str().unwrap();
+    let finished = run_gable(&["eval", "--truth", truth.to_str().unwrap(), "--result", path]);
+    assert_eq!(finished.code, 2, "{}", finished.stderr);
+    assert!(finished.stderr.contains(path) && finished.stderr.contains("city.city.jsonl"), "{}", finished.stderr);
+}
