@@ -37,8 +37,8 @@ pub trait ReportSource {
     fn buildings(&self, within: Box2, visit: &mut dyn FnMut(&Building)) -> Result<(), PipelineError>;
 }
 
-/// Writes `report.html`, `report.json` and the folder `pictures` into `out`; each file is complete or absent.
-/// The paths are returned relative to `out`.
+/// Writes `report.html`, `report.json` and the folder `pictures` into `out`, in place of earlier ones; each file is
+/// complete or absent. The paths are returned relative to `out`.
 ///
 /// # Errors
 /// If the source cannot be read or a file cannot be written.
@@ -50,12 +50,22 @@ pub fn write(
 ) -> Result<Vec<String>, PipelineError> {
     let pictures = pictures::make(source)?;
     let folder = out.join("pictures");
-    std::fs::create_dir_all(&folder).map_err(|source| PipelineError::Io { path: folder.clone(), source })?;
+    let failed = |source| PipelineError::Io { path: folder.clone(), source };
+    std::fs::create_dir_all(&folder).map_err(failed)?;
     let mut files = Vec::new();
     for picture in pictures.iter().flat_map(|set| &set.pictures) {
         let name = format!("pictures/{}", picture.file);
         put(&out.join(&name), &picture.bytes)?;
         files.push(name);
+    }
+    for number in 1..=pictures::CLOSE_UPS {
+        for kind in pictures::KINDS {
+            let name = format!("pictures/place-{number}-{kind}");
+            if !files.contains(&name) {
+                // What an earlier, larger city left; most often there is nothing.
+                std::fs::remove_file(out.join(name)).ok();
+            }
+        }
     }
     put(&out.join("report.html"), html::page(title, summary, &pictures).as_bytes())?;
     files.push("report.html".to_owned());

@@ -23,7 +23,11 @@ const CLOSE_SIDE: usize = 900;
 const CLOSE_EXTENT: f64 = 160.0;
 
 /// Close-ups of a city.
-const CLOSE_UPS: usize = 3;
+pub(super) const CLOSE_UPS: usize = 3;
+
+/// Endings of the file names of the pictures of an extent.
+pub(super) const KINDS: [&str; 6] =
+    ["model.png", "mesh.png", "orthophoto.jpg", "footprints.jpg", "labels.jpg", "roofs.jpg"];
 
 /// Cells of the drawn surface along the longer side of a view.
 const SURFACE_CELLS: usize = 700;

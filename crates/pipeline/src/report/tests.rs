@@ -148,9 +148,13 @@ fn a_larger_city_has_close_ups_and_the_same_bytes_again() {
     let files = write(a.path(), "Town", &summary(&village), &village).unwrap();
     write(b.path(), "Town", &summary(&village), &village).unwrap();
     assert!(files.iter().any(|f| f == "pictures/place-3-model.png"), "{files:?}");
+    let kinds = pictures::KINDS.map(|kind| format!("pictures/city-{kind}"));
+    assert_eq!(files[..6], kinds);
     for file in &files {
         assert_eq!(std::fs::read(a.path().join(file)).unwrap(), std::fs::read(b.path().join(file)).unwrap(), "{file}");
     }
+    write(a.path(), "Village", &summary(&village), &Village { side: 60.0 }).unwrap();
+    assert!(!a.path().join("pictures/place-3-model.png").exists(), "close-ups of a larger city are not left behind");
     if let Some(folder) = std::env::var_os("GABLE_KEEP_REPORT") {
         write(Path::new(&folder), "Town", &summary(&village), &village).unwrap();
     }

@@ -108,7 +108,36 @@ pub(crate) fn write(
     };
     artefact::write_json(&out.join("index.json"), &index)?;
     files.push("index.json".to_owned());
+    sweep(out, &files)?;
     Ok(files)
+}
+
+/// Removes what an earlier result in the same folder had and this one has not: tiles of another grid, files of other
+/// formats, and its report. Files of other names are not touched.
+fn sweep(out: &Path, files: &[String]) -> Result<(), PipelineError> {
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| PipelineError::Io { path, source }
+    };
+    let folder = out.join("tiles");
+    let mut stale = vec![CITY.to_owned(), "report.html".to_owned(), "report.json".to_owned()];
+    for entry in std::fs::read_dir(&folder).map_err(failed(&folder))? {
+        let name = entry.map_err(failed(&folder))?.file_name();
+        let Some(name) = name.to_str() else { continue };
+        let Some(stem) = name.strip_suffix(".city.json").or_else(|| name.strip_suffix(".gml")) else { continue };
+        let number = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        if stem.split_once('_').is_some_and(|(ix, iy)| number(ix) && number(iy)) {
+            stale.push(format!("tiles/{name}"));
+        }
+    }
+    for name in stale.iter().filter(|name| !files.contains(name)) {
+        let path = out.join(name);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(failed(&path)(e)),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// The buildings that have a geometry.
