@@ -88,3 +88,30 @@ fn parameters_out_of_range_are_refused_before_anything_is_written() {
     assert_eq!(message, "density is 0: it must be 0.1 to 20 faces per m²");
     assert!(!out.exists());
 }
+
+/// Without noise the mesh lies on the truth, neither above nor below it.
+#[test]
+fn a_mesh_without_noise_lies_on_the_roofs() {
+    for case in [RoofCase::Gable, RoofCase::Hip, RoofCase::Pyramid, RoofCase::Shed] {
+        let params = SynthParams { source: Source::Case(case), noise: 0.0, slope: 0.0, ..SynthParams::default() };
+        let scene = gable_synthetic_city::scene(&params).expect("a scene");
+        let mesh = gable_synthetic_city::mesh_of(&params).expect("a mesh");
+        let building = &scene.buildings[0];
+        let mut errors = Vec::new();
+        for p in &mesh.vertices {
+            let at = p.truncate();
+            let clear = |c: &gable_synthetic_city::Clutter| c.plan.centre.distance(at) > 2.0;
+            if let Some((z, face)) = building.roof_at(at)
+                && (z - p.z).abs() < 0.5
+                && building.roof[face].polygon.boundary_distance(at) > 0.8
+                && scene.clutter.iter().all(clear)
+            {
+                errors.push(building.roof[face].plane.distance(*p));
+            }
+        }
+        assert!(errors.len() > 10, "{case:?}: {} vertices on the roof", errors.len());
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let worst = errors.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+        assert!(mean.abs() < 0.02 && worst < 0.1, "{case:?}: mean {mean:.3}, worst {worst:.3}");
+    }
+}

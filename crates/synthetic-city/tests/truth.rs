@@ -1,7 +1,7 @@
 //! Every solid of the truth is valid, and the levels of detail agree.
 
-use gable_city_model::{Semantic, Shell, Tolerances, validate_solid};
-use gable_geometry::{DVec2, ring_area};
+use gable_city_model::{CityModel, Semantic, Shell, Tolerances, validate_solid};
+use gable_geometry::{Crs, DVec2, ring_area};
 use gable_synthetic_city::{RoofCase, Scene, Source, SynthParams, scene};
 
 fn make(source: Source, seed: u64, slope: f64) -> Scene {
@@ -102,4 +102,41 @@ fn roofs_have_as_many_planes_as_their_kind_says() {
             assert_eq!(scene.buildings[0].roof.len(), planes, "{case:?} with seed {seed}");
         }
     }
+}
+
+#[test]
+fn copies_of_a_model_stay_valid() {
+    let town = make(Source::Procedural { area_km2: 0.02 }, 5, 0.05);
+    let model = CityModel {
+        title: "Town".to_owned(),
+        origin: [0.0; 3],
+        crs: Crs::Unknown,
+        buildings: town.buildings.iter().map(|b| b.truth.clone()).collect(),
+        terrain: None,
+    };
+    let copies = make(Source::Truth { model: Box::new(model), repeat: 3 }, 6, 0.05);
+    assert_eq!(copies.buildings.len(), 9 * town.buildings.len());
+    let ids: std::collections::BTreeSet<&str> = copies.buildings.iter().map(|b| b.truth.id.as_str()).collect();
+    assert_eq!(ids.len(), copies.buildings.len());
+    let roofs = |scene: &Scene| scene.buildings.iter().map(|b| b.roof.len()).sum::<usize>();
+    assert_eq!(roofs(&copies), 9 * roofs(&town));
+    for building in &copies.buildings {
+        assert!(copies.extent.contains(building.bounds.min) && copies.extent.contains(building.bounds.max));
+        for shell in building.truth.lods.lod1.iter().chain(&building.truth.lods.lod2) {
+            let issues = validate_solid(shell, &Tolerances::strict());
+            assert!(issues.is_empty(), "{}: {issues:?}", building.truth.id);
+        }
+        let lowest = building.truth.lods.lod2[0].vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+        let centre = (building.bounds.min + building.bounds.max) / 2.0;
+        assert!(lowest <= copies.relief.height(centre) && lowest > copies.relief.height(centre) - 6.0);
+    }
+}
+
+#[test]
+fn a_model_without_solids_is_refused() {
+    let model =
+        CityModel { title: String::new(), origin: [0.0; 3], crs: Crs::Unknown, buildings: Vec::new(), terrain: None };
+    let params = SynthParams { source: Source::Truth { model: Box::new(model), repeat: 1 }, ..SynthParams::default() };
+    let message = scene(&params).err().expect("an error").to_string();
+    assert!(message.starts_with("the truth has no building with a usable LOD2 solid"), "{message}");
 }

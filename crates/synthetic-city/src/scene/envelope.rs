@@ -229,3 +229,66 @@ fn interior_point(nodes: &[DVec2], rings: &[Vec<usize>]) -> Option<DVec2> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::primitive::Oblong;
+    use crate::scene::solid::{is_manifold, shell_volume, solid};
+    use gable_geometry::dvec2;
+    use proptest::prelude::*;
+
+    fn wing() -> impl Strategy<Value = Primitive> {
+        let numbers = (-8.0..8.0, -8.0..8.0, 0.0..3.1, 2.0..9.0, 2.0..5.0, 3.0..7.0, 0.3..1.2, 0..3);
+        numbers.prop_map(|(x, y, turn, half_length, half_width, eave, slope, kind)| {
+            let plan = Oblong { centre: dvec2(x, y), axis: DVec2::from_angle(turn), half_length, half_width };
+            match kind {
+                0 => Primitive::gable(&plan, eave, slope),
+                1 => Primitive::hip(&plan, eave, slope, eave, slope),
+                _ => Primitive::flat(plan.ring(), eave),
+            }
+        })
+    }
+
+    proptest! {
+        /// The subdivision against the highest primitive at points of a grid.
+        #[test]
+        fn faces_carry_the_highest_plane(wings in prop::collection::vec(wing(), 1..4)) {
+            let envelope = upper_envelope(&wings);
+            let rings = |f: &EnvelopeFace| -> Vec<Vec<DVec2>> {
+                f.rings.iter().map(|r| r.iter().map(|&n| envelope.nodes[n]).collect()).collect()
+            };
+            let faces: Vec<(Vec<Vec<DVec2>>, Plane)> =
+                envelope.faces.iter().map(|f| (rings(f), envelope.planes[f.plane])).collect();
+            for i in -20..=20 {
+                for j in -20..=20 {
+                    let p = dvec2(f64::from(i) * 0.93 + 0.013, f64::from(j) * 0.93 - 0.017);
+                    let inside = |rings: &Vec<Vec<DVec2>>| rings.iter().filter(|r| ring_contains(r, p)).count() % 2 == 1;
+                    let found: Vec<f64> =
+                        faces.iter().filter(|(r, _)| inside(r)).map(|(_, plane)| plane.height(p)).collect();
+                    match highest(&wings, p) {
+                        None => prop_assert!(found.is_empty()),
+                        Some((z, ..)) => {
+                            prop_assert_eq!(found.len(), 1);
+                            prop_assert!((found[0] - z).abs() < 1e-5);
+                        }
+                    }
+                }
+            }
+            // Its solid, where there is one, holds the volume under the envelope.
+            if let Some(shell) = solid(&envelope, 0.0) {
+                prop_assert!(is_manifold(&shell));
+                let under: f64 = faces.iter().map(|(rings, plane)| {
+                    rings.iter().map(|r| {
+                        // Exact over fans of triangles: area times the height at the centroid.
+                        (1..r.len() - 1).map(|k| {
+                            let t = [r[0], r[k], r[k + 1]];
+                            ring_area(&t) * plane.height((t[0] + t[1] + t[2]) / 3.0)
+                        }).sum::<f64>()
+                    }).sum::<f64>()
+                }).sum();
+                prop_assert!((shell_volume(&shell) / under - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+}

@@ -312,3 +312,49 @@ impl Work {
         gone
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::dvec3;
+
+    /// A square sheet of n × n cells with a ridge.
+    fn sheet(n: usize) -> TriMesh {
+        let mut mesh = TriMesh::default();
+        let w = n as u32 + 1;
+        for j in 0..=n {
+            for i in 0..=n {
+                let z = (n as f64 / 2.0 - (i as f64 - n as f64 / 2.0).abs()) * 0.6;
+                mesh.vertices.push(dvec3(i as f64, j as f64, z));
+                if i < n && j < n {
+                    let k = j as u32 * w + i as u32;
+                    mesh.faces.extend([[k, k + 1, k + w + 1], [k, k + w + 1, k + w]]);
+                }
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn a_ridge_and_the_border_survive() {
+        let fine = sheet(20);
+        let coarse = decimate(&fine, 60);
+        assert!(coarse.faces.len() <= 60 && coarse.faces.len() >= 6);
+        let area = |m: &TriMesh| (0..m.faces.len()).map(|f| m.area_normal(f).length() / 2.0).sum::<f64>();
+        assert!((area(&coarse) / area(&fine) - 1.0).abs() < 1e-6);
+        for p in &coarse.vertices {
+            let z = (10.0 - (p.x - 10.0).abs()) * 0.6;
+            assert!((p.z - z).abs() < 1e-6, "{p} has left the sheet");
+        }
+        for corner in [dvec3(0.0, 0.0, 0.0), dvec3(20.0, 20.0, 0.0), dvec3(10.0, 0.0, 6.0)] {
+            assert!(coarse.vertices.iter().any(|p| p.distance(corner) < 1e-6), "{corner} is gone");
+        }
+    }
+
+    #[test]
+    fn nothing_happens_to_a_mesh_that_is_coarse_enough() {
+        let mesh = sheet(3);
+        assert_eq!(decimate(&mesh, 18).faces.len(), 18);
+        assert!(decimate(&TriMesh::default(), 5).faces.is_empty());
+    }
+}

@@ -19,7 +19,7 @@ pub(crate) const SIGMA: f64 = 0.20;
 /// How much of the unseen is taken for solid with 0, 1 and 2 views; from 3 views on, nothing.
 const FILL: [f32; 3] = [0.9, 0.55, 0.2];
 /// Lattice pitches (metres) and amplitudes (metres) of the noise.
-const NOISE: [(f64, f64); 2] = [(0.92, 0.13), (5.0, 0.085)];
+const NOISE: [(f64, f64); 2] = [(0.92, 0.165), (5.0, 0.11)];
 /// How unevenly noise lies over the city: smooth where the surface has texture, rough where it has none.
 const UNEVEN: f64 = 3.3;
 
@@ -78,7 +78,7 @@ pub(crate) fn sense(columns: &Columns, seed: u64, noise: f64, x0: i64, y0: i64, 
                 if noise > 0.0 && occupied > 0.015 && occupied < 0.985 {
                     let p = field.centre(i, j, l);
                     let weak = f64::from(fill(&field.seen[j * nx + i], p.z as f32));
-                    let leafy = if columns.at(p.truncate()).crown.1 > p.z as f32 - 0.6 { 3.0 } else { 0.0 };
+                    let leafy = if columns.at(p.truncate()).crown.1 > p.z as f32 - 0.6 { 1.8 } else { 0.0 };
                     d += (noise * (1.0 + 1.5 * weak + leafy) * correlated(seed, p)) as f32;
                 }
                 field.distance[k] = d;
@@ -91,7 +91,7 @@ pub(crate) fn sense(columns: &Columns, seed: u64, noise: f64, x0: i64, y0: i64, 
 
 /// Noise of several wavelengths, metres.
 pub(crate) fn correlated(seed: u64, p: DVec3) -> f64 {
-    let texture = (UNEVEN * noise3(seed ^ 0xaf, 8.0, p)).exp();
+    let texture = (UNEVEN * noise3(seed ^ 0xaf, 8.0, p)).clamp(-2.0, 0.6).exp();
     texture
         * NOISE
             .iter()

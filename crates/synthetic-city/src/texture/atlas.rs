@@ -137,3 +137,34 @@ fn root(parent: &mut [u32], mut f: u32) -> u32 {
     }
     f
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::dvec3;
+
+    #[test]
+    fn charts_of_a_box_lie_apart_and_hold_their_faces() {
+        let p = |k: u32| dvec3(f64::from(k & 1) * 4.0, f64::from(k >> 1 & 1) * 6.0, f64::from(k >> 2) * 3.0);
+        let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
+        let faces = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let mesh = TriMesh { vertices: (0..8).map(p).collect(), faces };
+        let atlas = unwrap(&mesh);
+        assert_eq!(atlas.charts.len(), 5);
+        for (n, a) in atlas.charts.iter().enumerate() {
+            let (x, y) = a.at;
+            assert!(x + a.size.0 <= atlas.width && y + a.size.1 <= atlas.height);
+            for b in &atlas.charts[n + 1..] {
+                let apart = |p: usize, s: usize, q: usize, t: usize| p + s <= q || q + t <= p;
+                assert!(apart(x, a.size.0, b.at.0, b.size.0) || apart(y, a.size.1, b.at.1, b.size.1));
+            }
+            for &f in &a.faces {
+                for corner in mesh.corners(f as usize) {
+                    let t = a.texel(corner);
+                    assert!(t.x >= x as f64 && t.x <= (x + a.size.0) as f64);
+                    assert!(t.y >= y as f64 && t.y <= (y + a.size.1) as f64);
+                }
+            }
+        }
+    }
+}

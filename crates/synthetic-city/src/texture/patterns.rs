@@ -67,6 +67,10 @@ pub(crate) fn roof(building: &SceneBuilding, face: usize, p: DVec2) -> Rgb {
     let seed = building.seed;
     let stain = noise2(seed, 2.8, p.x, p.y);
     let cell = |a: f64, b: f64| lattice_unit(seed, (s / a).floor() as i64, (t / b).floor() as i64, 0);
+    // Flat parts of tiled and slated buildings have gravel.
+    if plane.length() < 0.1 && matches!(style.covering, Covering::Tiles | Covering::Slate) {
+        return scale([150.0, 145.0, 138.0], 0.9 + 0.2 * cell(0.15, 0.15) + 0.1 * stain);
+    }
     match style.covering {
         Covering::Tiles => {
             let groove = if t.rem_euclid(0.34) < 0.08 { 0.86 } else { 1.0 };
