@@ -6,7 +6,7 @@
 //! keeps albedo, normal and depth, and light is computed once for each pixel. Memory is about 10 bytes for
 //! each sample and does not depend on the number of polygons; time is linear in covered samples.
 
-use gable_geometry::{DVec2, DVec3, dvec2, dvec3};
+use gable_geometry::{Box2, DVec2, DVec3, dvec2, dvec3};
 use image::{Rgba, RgbaImage};
 
 /// Samples along each edge of a pixel.
@@ -108,6 +108,7 @@ pub struct Canvas {
     normal: Vec<[i8; 3]>,
     depth: Vec<f32>,
     shadow: Option<ShadowMap>,
+    clip: Option<Box2>,
     crossings: Vec<f64>,
     projected: Vec<DVec3>,
 }
@@ -141,9 +142,15 @@ impl Canvas {
             normal: vec![[0; 3]; samples],
             depth: vec![f32::INFINITY; samples],
             shadow,
+            clip: None,
             crossings: Vec::new(),
             projected: Vec::new(),
         }
+    }
+
+    /// Shows from now on only what stands over `bounds`.
+    pub fn clip(&mut self, bounds: Box2) {
+        self.clip = Some(bounds);
     }
 
     /// Fills a planar polygon: rings of points, inside by the even-odd rule. Both sides are shown.
@@ -156,12 +163,19 @@ impl Canvas {
             normal = -normal;
         }
         let packed = (normal * 127.0).to_array().map(|v| v.round() as i8);
-        let (width, _) = self.camera.size;
+        let (camera, width) = (self.camera, self.camera.size.0);
+        // Most polygons lie wholly inside and need no test for each sample.
+        let clip = self.clip.filter(|b| !rings.iter().flat_map(|r| r.iter()).all(|p| b.contains(p.truncate())));
+        let hidden = |camera: &Camera, x: usize, y: usize, depth: f32| {
+            clip.is_some_and(|b| {
+                !b.contains(camera.unproject(x as f64 + 0.5, y as f64 + 0.5, f64::from(depth)).truncate())
+            })
+        };
         let mut scan = Scan { crossings: &mut self.crossings, projected: &mut self.projected };
         let (albedo, normals, depths) = (&mut self.albedo, &mut self.normal, &mut self.depth);
-        scan.polygon(&self.camera, rings, |x, y, depth| {
+        scan.polygon(&camera, rings, |x, y, depth| {
             let i = y * width + x;
-            if depth < depths[i] {
+            if depth < depths[i] && !hidden(&camera, x, y, depth) {
                 (depths[i], albedo[i], normals[i]) = (depth, colour, packed);
             }
         });
@@ -169,7 +183,9 @@ impl Canvas {
             let width = camera.size.0;
             scan.polygon(camera, rings, |x, y, depth| {
                 let value = &mut map[y * width + x];
-                *value = value.min(depth);
+                if depth < *value && !hidden(camera, x, y, depth) {
+                    *value = depth;
+                }
             });
         }
     }
@@ -368,6 +384,15 @@ mod tests {
         assert_eq!((picture.get_pixel(10, 10).0[3], picture.get_pixel(2, 2).0[3]), (0, 255));
         let open = picture.pixels().filter(|p| p.0[3] == 0).count();
         assert_eq!(open, 64, "a hole of 4 m × 4 m has 8 × 8 pixels of 0.5 m");
+    }
+
+    #[test]
+    fn what_stands_outside_is_not_shown() {
+        let mut canvas = Canvas::new(from_above(10.0, 20), &FLAT, None);
+        canvas.clip(Box2 { min: dvec2(0.0, 0.0), max: dvec2(5.0, 20.0) });
+        canvas.fill(&[&square(10.0, 2.0)], [255; 3]);
+        let picture = canvas.finish(&FLAT);
+        assert_eq!((picture.get_pixel(8, 10).0[3], picture.get_pixel(12, 10).0[3]), (255, 0));
     }
 
     #[test]

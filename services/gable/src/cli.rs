@@ -39,7 +39,7 @@ pub(crate) struct GlobalArgs {
     /// Tell more: -v what is done, -vv details, -vvv everything
     #[arg(short, long, global = true, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub(crate) verbose: u8,
-    /// No progress and no warnings, errors only
+    /// Errors only: no progress, no warnings, no summary (figures of demo, eval and params are still printed)
     #[arg(short, long, global = true)]
     pub(crate) quiet: bool,
 }

@@ -110,24 +110,16 @@ fn set(
     let heights = height_range(&overview);
     let light = Light::default();
 
-    let corners = || {
-        let [low, high] = heights;
-        [low, high].into_iter().flat_map(move |z| {
-            let (a, b) = (extent.min, extent.max);
-            [dvec3(a.x, a.y, z), dvec3(b.x, a.y, z), dvec3(b.x, b.y, z), dvec3(a.x, b.y, z)]
-        })
-    };
-    let box3 = Some([extent.min.extend(heights[0]), extent.max.extend(heights[1])]);
-    let oblique = Camera::showing(28.0, 42.0, corners(), side, side);
-    let above = Camera::showing(0.0, 90.0, corners(), side, side);
-    let mut model = Canvas::new(oblique, &light, box3);
+    let [a, b] = [extent.min.extend(heights[0]), extent.max.extend(heights[1])];
+    let oblique = Camera::showing(28.0, 42.0, seen(&overview), side, side);
+    let above = Camera::showing(0.0, 90.0, [a, b], side, side);
+    let mut model = Canvas::new(oblique, &light, Some([a, b]));
     let mut roofs = Canvas::new(above, &light, None);
-    let mut outlined = photo(&overview.colour);
+    model.clip(extent);
+    let (base, coloured) = base_map(&overview);
+    let mut outlined = base.clone();
     source.buildings(extent, &mut |building| {
-        // What stands half outside would float beyond the edge of the terrain.
-        if centre(building).is_some_and(|c| extent.contains(c)) {
-            draw_model(&mut model, building);
-        }
+        draw_model(&mut model, building);
         draw_roofs(&mut roofs, building);
         outline(&mut outlined, window, building);
         if let Some(busy) = busy.as_deref_mut() {
@@ -148,8 +140,9 @@ fn set(
     draw_surface(&mut mesh, &overview);
     add("mesh", "The surface of the mesh, seen from the same place", png(&mesh.finish(&photographic))?);
     drop(mesh);
-    add("orthophoto", "Orthophoto", jpeg(&photo(&overview.colour))?);
-    add("footprints", "Footprints over the orthophoto, by the level of detail that was written", jpeg(&outlined)?);
+    let caption = if coloured { "Orthophoto" } else { "The surface from above (the mesh has no colours)" };
+    add("orthophoto", caption, jpeg(&base)?);
+    add("footprints", "Footprints, by the level of detail that was written", jpeg(&outlined)?);
     add("labels", "Labels", jpeg(&labels(&overview))?);
     add(
         "roofs",
@@ -157,6 +150,35 @@ fn set(
         jpeg(&over(&hillshade(&overview.height), &roofs.finish(&light)))?,
     );
     Ok(PictureSet { title: title.to_owned(), pictures })
+}
+
+/// Points of the surface and of the ground, enough of them to frame a view.
+fn seen(overview: &Overview) -> impl Iterator<Item = DVec3> + '_ {
+    let window = overview.height.window();
+    let every = stride(window).max(4);
+    let pixels =
+        (0..window.height).step_by(every).flat_map(move |y| (0..window.width).step_by(every).map(move |x| (x, y)));
+    pixels.flat_map(move |at| {
+        let place = window.centre(at.0, at.1);
+        let heights = [overview.height[at], overview.ground[at]];
+        heights.into_iter().filter(|h| !h.is_nan()).map(move |h| place.extend(f64::from(h)))
+    })
+}
+
+/// The orthophoto, white where there is no data, and whether there are colours at all; without, the shaded surface.
+fn base_map(overview: &Overview) -> (RgbImage, bool) {
+    let data = || overview.colour.values().iter().zip(overview.height.values()).filter(|(_, h)| !h.is_nan());
+    let first = data().next().map(|(colour, _)| *colour);
+    if data().all(|(colour, _)| Some(*colour) == first) {
+        return (hillshade(&overview.height), false);
+    }
+    let mut colour = overview.colour.clone();
+    for (colour, height) in colour.values_mut().iter_mut().zip(overview.height.values()) {
+        if height.is_nan() {
+            *colour = [255; 3];
+        }
+    }
+    (photo(&colour), true)
 }
 
 /// Lowest and highest surface, without the outermost thousandths.

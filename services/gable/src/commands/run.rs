@@ -13,7 +13,7 @@ pub(crate) fn run(args: &RunArgs, quiet: bool) -> anyhow::Result<Outcome> {
     let summary = observed(&super::mesh_folder(&args.input), &args.out, &params, quiet)?;
     if args.json {
         terminal::json(&summary);
-    } else {
+    } else if !quiet {
         terminal::stdout(&text(&summary, &args.out));
     }
     Ok(outcome(&summary))

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &SynthArgs, quiet: bool) -> anyhow::Result<Outcome> {
     let report = observed(&params, &args.out, quiet)?;
     if args.json {
         terminal::json(&as_json(&report));
-    } else {
+    } else if !quiet {
         terminal::stdout(&text(&report, &args.out));
     }
     Ok(Outcome::Success)
