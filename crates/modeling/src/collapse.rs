@@ -6,32 +6,44 @@
 
 use crate::partition::Partition;
 use gable_geometry::{DVec2, Orientation, orientation};
+use std::collections::BTreeSet;
 
 /// Collapses edges shorter than `shortest` metres, the shortest first, each to that of its ends where most edges
 /// meet (the other would move them all). An edge stays if its ends share a neighbour (a triangle would vanish) or if
-/// another edge would be crossed. O(short edges · edges).
+/// another edge would be crossed. Works in passes, in which no vertex takes part twice, until one changes nothing.
+/// O(edges) for each collapse.
 pub(crate) fn short_edges(partition: &Partition, shortest: f64) -> Partition {
     let mut part = partition.clone();
-    let mut refused: Vec<(u32, u32)> = Vec::new();
     loop {
         let length = |a: u32, b: u32| part.vertices[a as usize].distance(part.vertices[b as usize]);
-        let next = part
+        let mut short: Vec<(f64, u32, u32)> = part
             .edges
             .iter()
             .map(|e| (e.from.min(e.to), e.from.max(e.to)))
-            .filter(|&(a, b)| length(a, b) < shortest && !refused.contains(&(a, b)))
-            .min_by(|&(a, b), &(c, d)| length(a, b).total_cmp(&length(c, d)).then((a, b).cmp(&(c, d))));
-        let Some((a, b)) = next else { return part.compacted() };
-        let (na, nb) = (neighbours(&part, a), neighbours(&part, b));
-        let (keep, drop) = if nb.len() > na.len() { (b, a) } else { (a, b) };
-        let moved: Vec<u32> =
-            if drop == a { na.clone() } else { nb.clone() }.into_iter().filter(|&n| n != keep).collect();
-        let shared = na.iter().any(|n| nb.contains(n));
-        if shared || !is_free(&part, keep, drop, &moved) {
-            refused.push((a, b));
-            continue;
+            .map(|(a, b)| (length(a, b), a, b))
+            .filter(|s| s.0 < shortest)
+            .collect();
+        short.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
+        short.dedup();
+        let mut touched = BTreeSet::new();
+        let mut changed = false;
+        for (_, a, b) in short {
+            if touched.contains(&a) || touched.contains(&b) {
+                continue;
+            }
+            let (na, nb) = (neighbours(&part, a), neighbours(&part, b));
+            let (keep, drop) = if nb.len() > na.len() { (b, a) } else { (a, b) };
+            let moved: Vec<u32> = if drop == a { &na } else { &nb }.iter().copied().filter(|&n| n != keep).collect();
+            if na.iter().any(|n| nb.contains(n)) || !is_free(&part, keep, drop, &moved) {
+                continue;
+            }
+            merge(&mut part, keep, drop);
+            touched.extend([keep, drop]);
+            changed = true;
         }
-        merge(&mut part, keep, drop);
+        if !changed {
+            return part.compacted();
+        }
     }
 }
 
@@ -52,6 +64,12 @@ fn is_free(part: &Partition, keep: u32, drop: u32, moved: &[u32]) -> bool {
     let at = |v: u32| part.vertices[v as usize];
     moved.iter().all(|&m| {
         let (p, q) = (at(keep), at(m));
+        // A vertex in the triangle that the edge sweeps would change sides without being touched.
+        let corners = [keep, drop, m];
+        let others = (0..part.vertices.len() as u32).filter(|v| !corners.contains(v));
+        if others.map(at).any(|v| in_triangle(v, p, at(drop), q)) {
+            return false;
+        }
         part.edges.iter().all(|e| {
             let ends = [e.from, e.to];
             // Edges that move too, or share an end with the new edge, meet it in that end only, unless they overlap.
@@ -73,6 +91,15 @@ fn is_free(part: &Partition, keep: u32, drop: u32, moved: &[u32]) -> bool {
             }
         })
     })
+}
+
+/// Whether a point lies in a triangle or on its border.
+fn in_triangle(v: DVec2, a: DVec2, b: DVec2, c: DVec2) -> bool {
+    if v.cmplt(a.min(b).min(c)).any() || v.cmpgt(a.max(b).max(c)).any() {
+        return false;
+    }
+    let sides = [orientation(a, b, v), orientation(b, c, v), orientation(c, a, v)];
+    !(sides.contains(&Orientation::Left) && sides.contains(&Orientation::Right))
 }
 
 /// Whether two segments share a point.
@@ -133,6 +160,15 @@ mod tests {
         assert_eq!((out.edges.len(), out.vertices.len()), (4, 4));
         assert!((out.areas()[0] - 16.0).abs() < 0.2);
         assert_eq!(short_edges(&p, 0.05), p);
+    }
+
+    #[test]
+    fn no_vertex_changes_sides() {
+        // Collapsing 1–2 would sweep over vertex 6, the tip of a hole beside it.
+        let vertices = [(0.0, 0.0), (4.0, 0.0), (4.05, 0.06), (4.05, 4.0), (0.0, 4.0), (3.0, 2.0), (4.03, 0.1), (3.5, 3.0)];
+        let vertices = vertices.map(|(x, y)| dvec2(x, y)).to_vec();
+        let p = Partition::from_rings(vertices, &[(0, vec![0, 1, 2, 3, 4]), (0, vec![5, 7, 6])]);
+        assert_eq!(short_edges(&p, 0.1), p);
     }
 
     #[test]

@@ -22,6 +22,7 @@ use gable_arrangement::{Arrangement, Extension, Options, extend};
 use gable_geometry::{DVec2, Plane};
 use gable_lines::{LineSegment, PolylineParams, Ring, fit_polyline, merge_collinear, snap_directions, trace_outline};
 use gable_ortho::Raster;
+use gable_planes::Planes;
 
 /// Two planes that differ by less than this where they touch, metres, meet there; otherwise there is a step.
 const MEETING: f64 = 0.5;
@@ -29,11 +30,17 @@ const MEETING: f64 = 0.5;
 /// How far a segment runs on beyond the place where it hits another, metres.
 const OVERSHOOT: f64 = 0.02;
 
+/// Where the surface lies further than this from its plane, another plane is looked for, metres.
+const UNEXPLAINED: f64 = 1.5;
+
+/// The steepest plane that is looked for there, degrees.
+const STEEPEST: f64 = 83.0;
+
 /// Walls within this angle of a facade direction turn to it, radians (8°).
 const SNAP: f64 = 0.14;
 
 /// Edges shorter than this are collapsed, metres.
-const SHORTEST: f64 = 0.1;
+pub(crate) const SHORTEST: f64 = 0.1;
 
 /// How far a line of intersection may lie from the border between its planes, metres.
 const CREASE_REACH: f64 = 1.2;
@@ -103,11 +110,35 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
     if found.planes.is_empty() {
         return (vec![Plane::horizontal(median_height(input))], input.mask.map(|&m| if m { 0 } else { NONE }));
     }
+    explain_rest(input, &mut found, &detection);
     gable_planes::regularise(&mut found, &input.height, frames, &Default::default());
-    found.planes.truncate(params.max_planes);
+    found.planes.truncate(params.max_planes.min(usize::from(NONE)));
     let kept = found.planes.len() as u16;
     let labels = found.labels.map(|&l| if l < kept { l } else { NONE });
     (found.planes.iter().map(|p| p.plane).collect(), labels)
+}
+
+/// Looks for planes once more where the surface lies far from what was found: the storeys of a pagoda and the sides of a
+/// steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
+fn explain_rest(input: &BuildingInput, found: &mut Planes, detection: &gable_planes::Params) {
+    let planes: Vec<Plane> = found.planes.iter().map(|p| p.plane).collect();
+    let surface = complete(&found.labels, &planes, &input.height, &input.mask);
+    let window = input.window();
+    let mut rest = input.mask.clone();
+    for (p, inside) in rest.values_mut().iter_mut().enumerate() {
+        let (label, z) = (surface.values()[p], f64::from(input.height.values()[p]));
+        let at = window.centre(p % window.width, p / window.width);
+        *inside = *inside && label != NONE && (z - planes[label as usize].height(at)).abs() > UNEXPLAINED;
+    }
+    let steep = gable_planes::Params { max_slope: STEEPEST, ..detection.clone() };
+    let more = gable_planes::detect(&input.height, None, &rest, &steep);
+    let first = found.planes.len() as u16;
+    for (to, &label) in found.labels.values_mut().iter_mut().zip(more.labels.values()) {
+        if label != NONE {
+            *to = first + label;
+        }
+    }
+    found.planes.extend(more.planes);
 }
 
 fn median_height(input: &BuildingInput) -> f64 {

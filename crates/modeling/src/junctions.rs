@@ -23,38 +23,58 @@ struct Sector {
 pub(crate) fn split(partition: &mut Partition, planes: &[Plane], weld: f64, cut: f64) -> usize {
     let areas = partition.areas();
     let mut cuts = 0;
+    let mut links = Links::of(partition);
     let mut vertex = 0;
     // Cuts add vertices of three sectors at most, which are manifolds: no vertex is visited without end.
     while vertex < partition.vertices.len() {
-        let mut index = partition.index();
-        let mut rounds = 0;
-        while let Some((sector, next, beyond)) = find(partition, &index, planes, &areas, weld, vertex as u32) {
-            cut_tip(partition, vertex as u32, sector, next, beyond, cut);
-            index = partition.index();
-            cuts += 1;
-            rounds += 1;
-            if rounds > 8 {
+        for _ in 0..MOST_CUTS {
+            let Some((sector, next, beyond)) = find(partition, &links, planes, &areas, weld, vertex as u32) else {
+                break;
+            };
+            if !cut_tip(partition, vertex as u32, sector, next, beyond, cut) {
                 break;
             }
+            links = Links::of(partition);
+            cuts += 1;
         }
         vertex += 1;
     }
     cuts
 }
 
-/// The sectors around a vertex, counter-clockwise.
-fn sectors(partition: &Partition, index: &BTreeMap<(u32, u32), usize>, planes: &[Plane], v: u32) -> Vec<Sector> {
-    let at = partition.vertices[v as usize];
-    let outgoing = index.range((v, 0)..=(v, u32::MAX)).map(|(&(_, n), _)| n);
-    let mut neighbours: Vec<u32> = outgoing.collect();
-    for &e in index.range((v, 0)..=(v, u32::MAX)).map(|(_, e)| e) {
-        // The edge into `v` before this one: its start is a neighbour, also where ground lies behind it.
-        let mut before = e;
-        while partition.edges[before].next != e {
-            before = partition.edges[before].next;
+/// Most cuts at one vertex: more than any number of sectors needs.
+const MOST_CUTS: usize = 16;
+
+/// How edges hang together.
+struct Links {
+    /// Edge index by (from, to).
+    index: BTreeMap<(u32, u32), usize>,
+    /// The edge before each edge in its ring.
+    previous: Vec<usize>,
+}
+
+impl Links {
+    fn of(partition: &Partition) -> Self {
+        let mut previous = vec![usize::MAX; partition.edges.len()];
+        for (i, e) in partition.edges.iter().enumerate() {
+            previous[e.next] = i;
         }
-        neighbours.push(partition.edges[before].from);
+        Self { index: partition.index(), previous }
     }
+
+    /// Edges that leave a vertex, as (neighbour, edge).
+    fn leaving(&self, v: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
+        self.index.range((v, 0)..=(v, u32::MAX)).map(|(&(_, n), &e)| (n, e))
+    }
+}
+
+/// The sectors around a vertex, counter-clockwise.
+fn sectors(partition: &Partition, links: &Links, planes: &[Plane], v: u32) -> Vec<Sector> {
+    let at = partition.vertices[v as usize];
+    let index = &links.index;
+    // The edge into `v` before each leaving one comes from a neighbour too, also where ground lies behind it.
+    let mut neighbours: Vec<u32> =
+        links.leaving(v).flat_map(|(n, e)| [n, partition.edges[links.previous[e]].from]).collect();
     neighbours.sort_unstable();
     neighbours.dedup();
     let angle = |n: &u32| (partition.vertices[*n as usize] - at).to_angle();
@@ -73,17 +93,17 @@ fn sectors(partition: &Partition, index: &BTreeMap<(u32, u32), usize>, planes: &
 /// to the one before it); `None` if the vertex carries a manifold.
 fn find(
     partition: &Partition,
-    index: &BTreeMap<(u32, u32), usize>,
+    links: &Links,
     planes: &[Plane],
     areas: &[f64],
     weld: f64,
     v: u32,
 ) -> Option<(Sector, Sector, Option<Sector>)> {
     // Three sectors or fewer are one run at any height.
-    if index.range((v, 0)..=(v, u32::MAX)).count() < 2 {
+    if links.leaving(v).count() < 2 {
         return None;
     }
-    let around = sectors(partition, index, planes, v);
+    let around = sectors(partition, links, planes, v);
     let n = around.len();
     if n < 4 {
         return None;
@@ -112,9 +132,23 @@ fn find(
 }
 
 /// Cuts the tip at `v` of the sector between the edges towards `sector.neighbour` and `next.neighbour` and gives
-/// it to `next`'s region, or to that of `before`, the sector on the other side, if it is given.
-fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, before: Option<Sector>, cut: f64) {
+/// it to `next`'s region, or to that of `before`, the sector on the other side, if it is given. Nothing is cut, and
+/// `false` returned, where a ring does not follow the sector's border (two rings cross at the vertex).
+fn cut_tip(
+    partition: &mut Partition,
+    v: u32,
+    sector: Sector,
+    next: Sector,
+    before: Option<Sector>,
+    cut: f64,
+) -> bool {
     let (a, b) = (sector.neighbour, next.neighbour);
+    let index = partition.index();
+    if let (Some(&into), Some(&out)) = (index.get(&(b, v)), index.get(&(v, a)))
+        && partition.edges[into].next != out
+    {
+        return false;
+    }
     let at = partition.vertices[v as usize];
     let mut point = |towards: u32| {
         let d = partition.vertices[towards as usize] - at;
@@ -123,7 +157,6 @@ fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, befo
         partition.vertices.len() as u32 - 1
     };
     let (a1, b1) = (point(a), point(b));
-    let index = partition.index();
     let edges = &mut partition.edges;
     let push = |edges: &mut Vec<Edge>, from: u32, to: u32, region: Region, next: usize| {
         edges.push(Edge { from, to, region, next });
@@ -163,6 +196,7 @@ fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, befo
             push(edges, a1, v, region, next)
         };
     }
+    true
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod roof;
 mod steps;
 mod subdivide;
 mod surface;
+mod zhu2018;
 
 pub use input::{BuildingInput, MARGIN};
 pub use model::{BuildingModel, model};

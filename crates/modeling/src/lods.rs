@@ -1,9 +1,10 @@
 //! The levels of detail of one building from its partition (Zhu 2018, §5.4).
 
+use crate::collapse::short_edges;
 use crate::partition::{Partition, Region};
 use crate::{extrude, junctions, roof};
 use gable_city_model::validate::validate_surfaces;
-use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, validate_solid};
+use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, quantised, validate_solid};
 use gable_geometry::{DVec2, Plane};
 
 /// Length of the cut that parts a non-manifold junction, metres.
@@ -46,8 +47,10 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
     let (outline, _) = whole(partition, planes);
     let eaves = eave_height(partition, planes);
     let flat = |z: f64, up: bool| {
-        let shell = flat_faces(&outline, z, up);
-        (!shell.faces.is_empty() && validate_surfaces(&shell, tolerances).is_empty()).then_some(shell)
+        COARSER.into_iter().find_map(|shortest| {
+            let shell = quantised(&flat_faces(&outline, z, up, shortest));
+            (!shell.faces.is_empty() && validate_surfaces(&shell, tolerances).is_empty()).then_some(shell)
+        })
     };
     let footprint = flat(base, false);
     if footprint.is_none() {
@@ -56,10 +59,44 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
     Levels { lods: Lods { footprint, roof_edge: flat(eaves, true), lod1, lod2 }, reason }
 }
 
+/// Edges shorter than these (metres) are collapsed in turn until a shape is valid.
+const COARSER: [f64; 3] = [0.0, 0.25, 0.6];
+
 /// One closed shell for each connected part, validated as it will be written.
-fn solids(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
+fn solids(
+    partition: &Partition,
+    planes: &[Plane],
+    base: f64,
+    tolerances: &Tolerances,
+) -> Result<Vec<Shell>, String> {
+    let mut reason = String::new();
+    for shortest in COARSER {
+        match solids_of(prepared(partition, planes, shortest), planes, base, tolerances) {
+            Ok(shells) => return Ok(shells),
+            // What is wrong with the full shape says more than what is wrong with a coarser one.
+            Err(issue) if reason.is_empty() => reason = issue,
+            Err(_) => {}
+        }
+    }
+    Err(reason)
+}
+
+/// A partition without needless vertices, edges shorter than `shortest` and non-manifold junctions.
+fn prepared(partition: &Partition, planes: &[Plane], shortest: f64) -> Partition {
     let mut part = partition.straightened(STRAIGHT);
+    if shortest > 0.0 {
+        part = short_edges(&part, shortest).straightened(STRAIGHT);
+    }
     junctions::split(&mut part, planes, extrude::WELD, CUT);
+    part
+}
+
+fn solids_of(
+    part: Partition,
+    planes: &[Plane],
+    base: f64,
+    tolerances: &Tolerances,
+) -> Result<Vec<Shell>, String> {
     let mut out = Vec::new();
     for group in connected(&part) {
         let keep: Vec<Option<Region>> = (0..part.regions).map(|r| group[r].then_some(r)).collect();
@@ -67,9 +104,9 @@ fn solids(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Toler
         for (face, region) in shell.faces.iter_mut().zip(regions) {
             face.attributes = roof::surface_attributes(&planes[region]);
         }
-        let issues = validate_solid(&shell, tolerances);
-        if let Some(issue) = issues.first() {
-            return Err(format!("{} ({} of {} faces)", issue.message, issues.len(), shell.faces.len()));
+        let shell = quantised(&shell);
+        if let Some(issue) = validate_solid(&shell, tolerances).first() {
+            return Err(format!("{} (of {} faces)", issue.message, shell.faces.len()));
         }
         out.push(shell);
     }
@@ -185,10 +222,9 @@ fn join(partition: &Partition, planes: &[Plane], groups: &[Vec<usize>]) -> (Part
 }
 
 /// Horizontal faces over the outline at height `z`.
-fn flat_faces(outline: &Partition, z: f64, up: bool) -> Shell {
-    let mut part = outline.straightened(STRAIGHT);
-    let level = vec![Plane::horizontal(z); part.regions];
-    junctions::split(&mut part, &level, extrude::WELD, CUT);
+fn flat_faces(outline: &Partition, z: f64, up: bool, shortest: f64) -> Shell {
+    let level = vec![Plane::horizontal(z); outline.regions];
+    let part = prepared(outline, &level, shortest);
     let turn = |mut ring: Vec<u32>| {
         if !up {
             ring.reverse();

@@ -4,10 +4,10 @@ use crate::input::BuildingInput;
 use crate::params::{Method, Params};
 use crate::partition::Partition;
 use crate::roof::{RoofType, round};
-use crate::{gable, lods};
+use crate::{gable, lods, zhu2018};
 use gable_city_model::{Attributes, Lods, Value};
 use gable_geometry::{Plane, Polygon};
-use gable_ortho::Raster;
+use gable_ortho::{GridWindow, Raster};
 
 /// A building as modelled, with what is known of how well it fits.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct BuildingModel {
     pub area: f64,
     /// Highest roof point above the ground, metres.
     pub height: f64,
-    /// RMS of the vertical distances between the roof and the sampled surface, metres.
+    /// RMS of the vertical distances between the roof and the sampled surface, without the strip along the outline, metres.
     pub rmse: f64,
 }
 
@@ -35,7 +35,8 @@ pub struct BuildingModel {
 pub fn model(input: &BuildingInput, params: &Params) -> Result<BuildingModel, String> {
     let base = ground_height(input).ok_or("the building has no pixel with a height")?;
     let found = match params.method {
-        Method::Gable | Method::Zhu2018 => gable::reconstruct(input, base, params)?,
+        Method::Gable => gable::reconstruct(input, base, params)?,
+        Method::Zhu2018 => zhu2018::reconstruct(input, base, params)?,
     };
     let levels = lods::build(&found.partition, &found.planes, base, &params.tolerances);
     let roofs: Vec<(Polygon, Plane)> = found
@@ -81,31 +82,45 @@ struct Fit {
     seen: f64,
 }
 
+/// Width of the strip along the outline that does not count for the fit, metres: there the sampled surface leans from the
+/// roof to the ground, whatever the model.
+const EDGE: f64 = 0.6;
+
 impl Fit {
     fn of(input: &BuildingInput, roofs: &[(Polygon, Plane)]) -> Self {
         let window = input.window();
-        let heights: &Raster<f32> = &input.height;
-        let (mut squares, mut seen, mut count) = (0.0, 0usize, 0usize);
+        let mut roof = Raster::filled(window, f64::NAN);
         for (polygon, plane) in roofs {
-            let bounds = polygon.bounds();
-            let area = gable_ortho::GridWindow::covering(bounds, window.step).intersection(&window);
+            let area = GridWindow::covering(polygon.bounds(), window.step).intersection(&window);
             for y in 0..area.height {
                 for x in 0..area.width {
                     let at = area.centre(x, y);
-                    if !polygon.contains(at) {
-                        continue;
-                    }
-                    count += 1;
-                    if let Some(&z) = heights.at(at)
-                        && z.is_finite()
-                    {
-                        seen += 1;
-                        squares += (f64::from(z) - plane.height(at)).powi(2);
+                    if let Some(pixel) = window.pixel(at).filter(|_| polygon.contains(at)) {
+                        roof[pixel] = plane.height(at);
                     }
                 }
             }
         }
-        Self { rmse: (squares / seen.max(1) as f64).sqrt(), seen: seen as f64 / count.max(1) as f64 }
+        let reach = (EDGE / window.step).ceil() as i64;
+        let covered = |x: i64, y: i64| {
+            let inside = x >= 0 && y >= 0 && x < window.width as i64 && y < window.height as i64;
+            inside && roof[(x as usize, y as usize)].is_finite()
+        };
+        let (mut squares, mut inner, mut seen, mut count) = (0.0, 0usize, 0usize, 0usize);
+        for (p, top) in roof.values().iter().enumerate().filter(|(_, top)| top.is_finite()) {
+            let (x, y) = ((p % window.width) as i64, (p / window.width) as i64);
+            let z = f64::from(input.height.values()[p]);
+            count += 1;
+            if !z.is_finite() {
+                continue;
+            }
+            seen += 1;
+            if [(reach, 0), (-reach, 0), (0, reach), (0, -reach)].iter().all(|(dx, dy)| covered(x + dx, y + dy)) {
+                inner += 1;
+                squares += (z - top).powi(2);
+            }
+        }
+        Self { rmse: (squares / inner.max(1) as f64).sqrt(), seen: seen as f64 / count.max(1) as f64 }
     }
 }
 

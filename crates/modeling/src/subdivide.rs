@@ -66,31 +66,42 @@ pub(crate) fn dissolve(arrangement: &Arrangement, labels: &[Option<u16>]) -> (Pa
 }
 
 /// Gives regions smaller than `smallest` m² to the neighbour (or the ground) with which they share most border, the
-/// smallest first, until none is left. Returns the partition with its plane labels.
+/// smallest first, until none is left. Works in passes, in which no region takes part twice. Returns the partition with
+/// its plane labels. O(edges · log) for each pass; passes are few, since each halves what is left of a cluster.
 pub(crate) fn absorb_small(mut partition: Partition, mut labels: Vec<u16>, smallest: f64) -> (Partition, Vec<u16>) {
     loop {
         let areas = partition.areas();
-        let small =
-            (0..partition.regions).filter(|&r| areas[r] < smallest).min_by(|&a, &b| areas[a].total_cmp(&areas[b]));
-        let Some(region) = small else { return (partition, labels) };
+        let mut small: Vec<usize> = (0..partition.regions).filter(|&r| areas[r] < smallest).collect();
+        if small.is_empty() {
+            return (partition, labels);
+        }
+        small.sort_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(a.cmp(&b)));
         let index = partition.index();
-        let mut shared: BTreeMap<Option<usize>, f64> = BTreeMap::new();
-        for e in partition.edges.iter().filter(|e| e.region == region) {
+        let mut shared: Vec<BTreeMap<Option<usize>, f64>> = vec![BTreeMap::new(); partition.regions];
+        for e in partition.edges.iter().filter(|e| areas[e.region] < smallest) {
             let beyond = index.get(&(e.to, e.from)).map(|&t| partition.edges[t].region);
             let length = partition.vertices[e.from as usize].distance(partition.vertices[e.to as usize]);
-            *shared.entry(beyond).or_insert(0.0) += length;
+            *shared[e.region].entry(beyond).or_insert(0.0) += length;
         }
-        let heir = shared.iter().max_by(|a, b| a.1.total_cmp(b.1)).and_then(|(&r, _)| r);
-        let mut group: Vec<Option<usize>> = (0..partition.regions).map(Some).collect();
-        group[region] = heir;
-        // Numbers close up over the region that goes.
-        for g in group.iter_mut().flatten() {
-            if *g > region {
-                *g -= 1;
+        let mut target: Vec<Option<usize>> = (0..partition.regions).map(Some).collect();
+        let mut busy = vec![false; partition.regions];
+        for region in small {
+            let heir = shared[region].iter().max_by(|a, b| a.1.total_cmp(b.1)).and_then(|(&r, _)| r);
+            if busy[region] || heir.is_some_and(|h| busy[h]) {
+                continue;
+            }
+            target[region] = heir;
+            busy[region] = true;
+            if let Some(h) = heir {
+                busy[h] = true;
             }
         }
+        // Numbers close up over the regions that go.
+        let stays: Vec<bool> = (0..partition.regions).map(|r| target[r] == Some(r)).collect();
+        let number: Vec<usize> = (0..partition.regions).map(|r| stays[..r].iter().filter(|s| **s).count()).collect();
+        let group: Vec<Option<usize>> = target.iter().map(|t| t.map(|t| number[t])).collect();
         partition = partition.joined(&group);
-        labels.remove(region);
+        labels = labels.into_iter().zip(&stays).filter(|(_, stays)| **stays).map(|(l, _)| l).collect();
         partition.regions = labels.len();
     }
 }

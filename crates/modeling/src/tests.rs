@@ -89,7 +89,7 @@ fn a_gable_house() {
         assert_eq!(count(&model, Semantic::WallSurface), 4, "seed {seed}");
         let iou = iou(&model, |p| in_box(p, 12.0, 8.0));
         assert!(iou > 0.96, "seed {seed}: {iou}");
-        assert!(model.rmse < 0.35, "seed {seed}: {}", model.rmse);
+        assert!(model.rmse < 0.15, "seed {seed}: {}", model.rmse);
     }
 }
 
@@ -101,7 +101,8 @@ fn a_flat_house_and_its_lower_annexe() {
     };
     let model = made(&building(7, 18.0, roof));
     assert_eq!(count(&model, Semantic::RoofSurface), 2);
-    assert_eq!(count(&model, Semantic::WallSurface), 8);
+    // The annexe parts the eastern wall of the house in two, and the step above it is a third.
+    assert_eq!(count(&model, Semantic::WallSurface), 9);
     assert!(iou(&model, |p| roof(p).is_some()) > 0.95);
 }
 

@@ -10,6 +10,7 @@ mod observer;
 pub mod render;
 pub mod report;
 mod run;
+mod sampled;
 mod stages;
 mod summary;
 mod workspace;
@@ -18,6 +19,7 @@ pub use error::{ErrorKind, PipelineError};
 pub use observer::{Observer, Stage, Unobserved};
 pub use params::{ParamError, Params};
 pub use run::run;
+pub use sampled::{SampledMesh, sample_mesh};
 pub use summary::{
     BlockRecord, BlockState, BuildingRecord, Lod, RunStatus, RunSummary, StageSeconds, peak_memory_bytes,
 };

@@ -9,7 +9,7 @@ use crate::stages::model::{self, Tile};
 use crate::stages::sample::Seen;
 use crate::stages::segment::Labelled;
 use crate::stages::split::Blocks;
-use crate::stages::{Context, sample, segment, split, stitch, terrain, write};
+use crate::stages::{Context, labels, sample, segment, split, stitch, terrain, write};
 use crate::summary::{BlockRecord, BlockState, Lod, RunStatus, RunSummary, peak_memory_bytes};
 use crate::workspace::Workspace;
 use crate::{PipelineError, artefact};
@@ -72,7 +72,13 @@ fn run_here(
     let tasks = clock.time(Stage::Stitch, || stitch::stitch(&context, &labelled.components, blocks.frame()))?;
     let tiles =
         clock.time(Stage::Model, || model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, coloured))?;
-    let mut files = clock.time(Stage::Write, || write::write(&context, &blocks, &tiles, &ground, &title, out))?;
+    let mut files = clock.time(Stage::Write, || {
+        let mut files = write::write(&context, &blocks, &tiles, &ground, &title, out)?;
+        if params.output.labels {
+            files.extend(labels::write(&context, &blocks, &labelled, out)?);
+        }
+        Ok(files)
+    })?;
 
     let mut summary = RunSummary {
         status: RunStatus::Successful,
@@ -115,7 +121,7 @@ fn run_here(
     Ok(summary)
 }
 
-fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError> {
+pub(crate) fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError> {
     let up = match params.input.up {
         Up::Auto => gable_scene::Up::Auto,
         Up::Y => gable_scene::Up::Y,
@@ -128,7 +134,7 @@ fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError> {
     Scene::open(input, &OpenOptions { up, crs }).map_err(|e| PipelineError::Input(e.to_string()))
 }
 
-fn textures(blocks: &Blocks, params: &Params) -> TextureCache {
+pub(crate) fn textures(blocks: &Blocks, params: &Params) -> TextureCache {
     let capacity = params.resources.texture_cache << 20;
     TextureCache::new(blocks.report.materials.clone(), capacity, |material: &Material| {
         let image = load_texture(material)?.ok_or("the material has no image")?;

@@ -173,6 +173,8 @@ parameters! {
         terrain: bool = true, "", ANY;
         /// How far the written terrain may lie from the ground surface.
         terrain_tolerance: f64 = 0.25, "m", within(0.01, 10.0);
+        /// Whether the labels are written as pictures, for training and for measuring.
+        labels: bool = false, "", ANY;
         /// Whether report.html and report.json are written.
         report: bool = true, "", ANY;
     }

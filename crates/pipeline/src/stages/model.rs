@@ -10,9 +10,9 @@ use crate::stages::split::Blocks;
 use crate::summary::{BuildingRecord, Lod};
 use crate::{PipelineError, Stage};
 use gable_city_model::{Building, Tolerances, Value};
-use gable_geometry::Frame;
+use gable_geometry::{Box2, DVec3, Frame};
 use gable_modeling::{BuildingInput, BuildingModel};
-use gable_ortho::{Orthograph, Raster};
+use gable_ortho::{GridWindow, Orthograph, Raster, steep_facets};
 use gable_segmentation::{Label, Terrain};
 use gable_stitching::TileComponents;
 use rayon::prelude::*;
@@ -62,7 +62,7 @@ pub(crate) fn model(
                 .par_iter()
                 .map(|task| {
                     context.check_cancelled()?;
-                    let made = one(context, blocks.frame(), ortho, labelled, terrain, task, photographed)?;
+                    let made = one(context, blocks, ortho, labelled, terrain, task, photographed)?;
                     context.observer.done(Stage::Model, &task.id);
                     Ok(record(task, made, [ix, iy], blocks.frame(), context.params.sampling.step))
                 })
@@ -82,14 +82,13 @@ pub(crate) fn read(tile: &Tile) -> Result<Vec<Modelled>, PipelineError> {
 /// One building: a model, or the reason why there is none.
 fn one(
     context: &Context<'_>,
-    frame: &Frame,
+    blocks: &Blocks,
     ortho: &Mosaic<Orthograph>,
     labelled: &Labelled,
     terrain: &Terrain,
     task: &Task,
     photographed: bool,
 ) -> Result<Result<BuildingModel, String>, PipelineError> {
-    let _ = frame;
     let step = context.params.sampling.step;
     let inner = task.whole.window(step);
     let window = inner.grown((gable_modeling::MARGIN / step).ceil() as usize);
@@ -104,7 +103,7 @@ fn one(
         colour: photographed.then_some(maps.colour),
         walls: maps.walls,
         height: maps.height,
-        facets: Vec::new(),
+        facets: if context.params.modeling.method == Method::Zhu2018 { facets(blocks, window)? } else { Vec::new() },
     };
     // A fault in one building must not cost the city: it becomes that building's reason.
     let params = params(context);
@@ -115,6 +114,23 @@ fn one(
         Err(format!("modelling failed: {}", text.unwrap_or_else(|| "unknown cause".to_owned())))
     }))
 }
+
+/// The steep facets of all blocks on a window. Block files are read again for each building, which only the published
+/// method pays for.
+fn facets(blocks: &Blocks, window: GridWindow) -> Result<Vec<[DVec3; 3]>, PipelineError> {
+    let bounds = window.bounds();
+    let mut out = Vec::new();
+    for (ix, iy) in blocks.with_data() {
+        let Some(core) = blocks.core(ix, iy).map(|w| w.bounds()).filter(|b| b.intersects(&bounds)) else { continue };
+        let mesh = blocks.read(ix, iy).map_err(|e| PipelineError::Input(e.to_string()))?;
+        let area = Box2 { min: core.min.max(bounds.min), max: core.max.min(bounds.max) };
+        out.extend(steep_facets(&mesh, area, WALL_ANGLE).into_iter().map(|f| f.corners));
+    }
+    Ok(out)
+}
+
+/// Facets within this angle of the vertical are handed to the published method, radians (25°).
+const WALL_ANGLE: f64 = 0.436;
 
 /// The pixels of a building: the component of the labels inside its window that has its moments.
 fn mask(labels: &Raster<u8>, task: &Task) -> Option<Raster<bool>> {

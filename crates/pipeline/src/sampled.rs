@@ -1,0 +1,58 @@
+//! A mesh as rasters and nothing more: what training needs.
+
+use crate::mosaic::Mosaic;
+use crate::stages::{Context, prepare, sample, split};
+use crate::workspace::Workspace;
+use crate::{Observer, Params, PipelineError, artefact, run};
+use gable_geometry::Frame;
+use gable_ortho::{GridWindow, Orthograph};
+use std::path::Path;
+
+/// The rasters of a mesh, in files of a working folder, as the labelling stage sees them.
+pub struct SampledMesh {
+    frame: Frame,
+    ortho: Mosaic<Orthograph>,
+}
+
+impl std::fmt::Debug for SampledMesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SampledMesh").field("frame", &self.frame).finish_non_exhaustive()
+    }
+}
+
+/// Splits and samples the mesh at `input`; files go below `work`, which has to last as long as the result.
+///
+/// # Errors
+/// As [`run`](crate::run()).
+pub fn sample_mesh(
+    input: &Path,
+    work: &Path,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<SampledMesh, PipelineError> {
+    params.check()?;
+    let scene = run::open(input, params)?;
+    artefact::create_dir(work)?;
+    let workspace = Workspace::open(work, scene.files(), params)?;
+    let context = Context { params, observer, workspace: &workspace };
+    let blocks = split::run(&context, &scene)?;
+    let textures = run::textures(&blocks, params);
+    let (_, ortho) = sample::run(&context, &blocks, &textures)?;
+    Ok(SampledMesh { frame: blocks.frame().clone(), ortho })
+}
+
+impl SampledMesh {
+    /// The local frame, whose origin the windows count from.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// The rasters on a window of the sampling step; empty where there is no mesh.
+    ///
+    /// # Errors
+    /// If a file of the working folder cannot be read.
+    pub fn read(&self, window: GridWindow) -> Result<Orthograph, PipelineError> {
+        prepare::read(&self.ortho, window)
+    }
+}
