@@ -51,3 +51,53 @@ fn a_folder_without_a_model_is_named() {
     assert_eq!(finished.code, 2, "{}", finished.stderr);
     assert!(finished.stderr.contains(path) && finished.stderr.contains("city.city.jsonl"), "{}", finished.stderr);
 }
+
+#[test]
+fn weights_are_trained_from_a_city_and_used() {
+    let city = town(3, 0.01);
+    let folder = tempfile::tempdir().unwrap();
+    let weights = folder.path().join("weights.json");
+    let (city, weights) = (city.to_str().unwrap(), weights.to_str().unwrap());
+    let scores = run_gable(&[
+        "train",
+        "--quiet",
+        "--city",
+        city,
+        "--features",
+        "full",
+        "--rounds",
+        "40",
+        "--out",
+        weights,
+        "--json",
+    ])
+    .success()
+    .json();
+    assert!(scores["fit"]["iou"].as_f64().unwrap() > 0.6, "{scores}");
+
+    let out = folder.path().join("result");
+    let out = out.to_str().unwrap();
+    let trained = format!("segmentation.weights={weights}");
+    let _ = run_gable(&[
+        "run",
+        city,
+        "--out",
+        out,
+        "--quiet",
+        "--grid",
+        "2x2",
+        "--set",
+        &trained,
+        "--set",
+        "segmentation.features=full",
+        "--set",
+        "output.labels=true",
+        "--set",
+        "output.report=false",
+    ])
+    .success();
+    let figures = run_gable(&["eval", "--truth", city, "--result", out, "--json"]).success().json();
+    let classes = figures["labels"]["all"]["classes"].as_array().unwrap();
+    let building = classes.iter().find(|c| c["name"] == "building").unwrap();
+    assert!(building["iou"].as_f64().unwrap() > 0.8, "{classes:?}");
+}

@@ -54,6 +54,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Make a city mesh with known truth, with the defects of photogrammetry
     Synth(SynthArgs),
+    /// Train the tree classifier on labelled rasters
+    Train(TrainArgs),
     /// List every parameter with unit, default and range
     Params(ParamsArgs),
 }
@@ -66,6 +68,7 @@ impl Command {
             Self::Demo(args) => args.json,
             Self::Eval(args) => args.json,
             Self::Synth(args) => args.json,
+            Self::Train(args) => args.json,
             Self::Params(args) => args.json,
         }
     }
@@ -179,7 +182,8 @@ Examples:
   gable eval --truth city/truth --result result --again result-16x16
 
 A truth or a result is a CityJSON or CityJSONSeq file, or a folder that gable synth or gable run has made.
-Completeness, correctness, footprint IoU, roof errors, distances, complexity, validity, regularity.";
+Completeness, correctness, footprint IoU, roof errors, distances, complexity, validity, regularity; and the
+labels, where both are folders with labels (gable run --set output.labels=true).";
 
 /// Arguments of `gable eval`.
 #[derive(Debug, Args)]
@@ -257,6 +261,50 @@ pub(crate) struct SynthArgs {
     #[arg(long)]
     pub(crate) no_texture: bool,
     /// Print what was made as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+const TRAIN_HELP: &str = "\
+Examples:
+  gable train --images ortho --masks trees --step 0.25 --out weights.json
+  gable train --city spring --city summer --features full --out weights.json
+  gable run mesh.obj --out city --set segmentation.weights=weights.json --set segmentation.features=full
+
+Images and masks are PNG or JPEG of the same name and size: in a mask black is no tree, white tree, grey not
+looked at. The part of a name before the first _ or - is its source; figures are given for each source by a
+model that did not see it. A city is a folder that gable synth has made.";
+
+/// Arguments of `gable train`.
+#[derive(Debug, Args)]
+#[command(after_help = TRAIN_HELP)]
+#[command(group(clap::ArgGroup::new("samples").required(true).multiple(true).args(["images", "cities"])))]
+pub(crate) struct TrainArgs {
+    /// Folder of orthophotos
+    #[arg(long, value_name = "DIR", requires = "masks")]
+    pub(crate) images: Option<PathBuf>,
+    /// Folder of masks for them
+    #[arg(long, value_name = "DIR", requires = "images")]
+    pub(crate) masks: Option<PathBuf>,
+    /// City with truth; may be given many times
+    #[arg(long = "city", value_name = "DIR")]
+    pub(crate) cities: Vec<PathBuf>,
+    /// Edge of a pixel, metres
+    #[arg(long, value_name = "M", default_value_t = 0.2)]
+    pub(crate) step: f64,
+    /// What the classifier looks at: zhu27 (colour), full (colour and geometry) or geometric
+    #[arg(long, value_name = "SET", default_value = "zhu27")]
+    pub(crate) features: String,
+    /// Stumps
+    #[arg(long, value_name = "N")]
+    pub(crate) rounds: Option<usize>,
+    /// Seed of the samples
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// File for the weights
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Print the scores as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
 }

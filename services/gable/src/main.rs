@@ -4,6 +4,7 @@ mod cli;
 mod commands;
 mod exit;
 mod interrupt;
+mod label_map;
 mod progress;
 mod table;
 mod terminal;

@@ -10,7 +10,9 @@ use serde_json::json;
 
 /// Makes, models and measures a city.
 pub(crate) fn run(args: &DemoArgs, quiet: bool) -> anyhow::Result<Outcome> {
-    let params = super::assemble(&args.params)?;
+    let mut params = super::assemble(&args.params)?;
+    // The demo shows how good the labels are, too.
+    params.output.labels = true;
     let (city, result) = (args.out.join("city"), args.out.join("result"));
     let synth =
         SynthParams { seed: args.seed, source: Source::Procedural { area_km2: args.area }, ..SynthParams::default() };
@@ -42,6 +44,11 @@ fn text(summary: &RunSummary, evaluation: &Evaluation) -> String {
     }
     row("buildings invented", evaluation.invented.len().to_string(), String::new());
     row("buildings at LOD2", summary.at_lod(Lod::Lod2).to_string(), String::new());
+    for class in evaluation.labels.iter().flat_map(|l| &l.all.classes) {
+        if let (true, Some(iou)) = (["building", "tree"].contains(&class.name.as_str()), class.iou) {
+            row(&format!("labels, IoU of {}", class.name), percent(iou), String::new());
+        }
+    }
     row("footprint IoU, mean", percent(evaluation.footprints.blocks_from_50.mean_iou), String::new());
     row("roof RMSE, median", format!("{:.2} m", evaluation.roofs.height_rmse_median_from_50), String::new());
     let (ours, theirs) = (evaluation.complexity.result, evaluation.complexity.truth);

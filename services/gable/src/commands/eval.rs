@@ -2,10 +2,11 @@
 
 use crate::cli::EvalArgs;
 use crate::exit::{Outcome, UsageError};
+use crate::label_map::{self, CLASSES};
 use crate::terminal;
 use anyhow::Context as _;
 use gable_city_model::{CityModel, ReadOptions, read_cityjson};
-use gable_evaluation::{Evaluation, Inputs, Options, evaluate, html_report};
+use gable_evaluation::{Evaluation, Inputs, LabelRasters, Options, evaluate, html_report};
 use gable_geometry::DVec3;
 use gable_scene::{OpenOptions, Scene, SceneError, Triangle};
 use std::path::{Path, PathBuf};
@@ -34,14 +35,24 @@ pub(crate) fn measure(
     again: Option<&Path>,
     report: Option<&Path>,
 ) -> anyhow::Result<(Evaluation, Option<PathBuf>)> {
+    let labels = labels(truth, result)?;
+    let rasters = labels.as_ref().map(|(width, height, step, [truth, result])| LabelRasters {
+        width: *width,
+        height: *height,
+        step: *step,
+        classes: &CLASSES,
+        truth,
+        result,
+    });
     let truth = read(truth)?;
     let report = report.map(Path::to_owned).or_else(|| result.is_dir().then(|| result.join("evaluation.html")));
     let result = read(result)?;
     let again = again.map(read).transpose()?;
     let options = Options::default();
+    let inputs = Inputs { again: again.as_ref(), labels: rasters, ..Inputs::new(&truth, &result) };
     let evaluation = match mesh {
-        Some(mesh) => with_mesh(&truth, &result, again.as_ref(), mesh, &options)?,
-        None => evaluate(Inputs { again: again.as_ref(), ..Inputs::new(&truth, &result) }, &options)?,
+        Some(mesh) => with_mesh(inputs, mesh, &options)?,
+        None => evaluate(inputs, &options)?,
     };
     if let Some(path) = &report {
         let page = html_report(&truth, &result, &evaluation, &options)?;
@@ -51,15 +62,9 @@ pub(crate) fn measure(
 }
 
 /// The evaluation with the mesh, which is read on another thread while it is measured, a piece at a time.
-fn with_mesh(
-    truth: &CityModel,
-    result: &CityModel,
-    again: Option<&CityModel>,
-    mesh: &Path,
-    options: &Options,
-) -> anyhow::Result<Evaluation> {
+fn with_mesh(inputs: Inputs<'_>, mesh: &Path, options: &Options) -> anyhow::Result<Evaluation> {
     let scene = Scene::open(super::mesh_folder(mesh), &OpenOptions::default())?;
-    let origin = DVec3::from_array(truth.origin);
+    let origin = DVec3::from_array(inputs.truth.origin);
     let (sender, receiver) = sync_channel::<Vec<[DVec3; 3]>>(4);
     std::thread::scope(|scope| {
         let reader = scope.spawn(move || {
@@ -70,10 +75,20 @@ fn with_mesh(
             })
         });
         let triangles = Box::new(receiver.into_iter().flatten());
-        let evaluation = evaluate(Inputs { mesh: Some(triangles), again, ..Inputs::new(truth, result) }, options);
+        let evaluation = evaluate(Inputs { mesh: Some(triangles), ..inputs }, options);
         reader.join().map_err(|_| anyhow::anyhow!("{}: reading the mesh failed", mesh.display()))??;
         Ok(evaluation?)
     })
+}
+
+/// The labels of both, where both are folders that have them.
+fn labels(truth: &Path, result: &Path) -> anyhow::Result<Option<(usize, usize, f64, [Vec<u8>; 2])>> {
+    let inner = truth.join("truth");
+    let truth = if inner.join("labels").is_dir() { &inner } else { truth };
+    if !truth.join("labels").is_dir() || !result.join("labels").is_dir() {
+        return Ok(None);
+    }
+    Ok(label_map::together(&label_map::read(truth)?, &label_map::read(result)?))
 }
 
 /// The city model in a file, or in a folder of a truth or a result.

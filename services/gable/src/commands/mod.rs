@@ -5,6 +5,7 @@ mod eval;
 mod params;
 mod run;
 mod synth;
+mod train;
 
 use crate::cli::{Cli, Command, ParamArgs};
 use crate::exit::{Outcome, UsageError};
@@ -19,6 +20,7 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Demo(args) => demo::run(args, cli.global.quiet),
         Command::Eval(args) => eval::run(args),
         Command::Synth(args) => synth::run(args, cli.global.quiet),
+        Command::Train(args) => train::run(args, cli.global.quiet),
         Command::Params(args) => params::run(args),
     }
 }

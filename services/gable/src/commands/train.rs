@@ -1,0 +1,128 @@
+//! `gable train`: weights of the tree classifier from labelled rasters.
+
+use crate::cli::TrainArgs;
+use crate::exit::{Outcome, UsageError};
+use crate::label_map::{self, LabelMap};
+use crate::progress::Progress;
+use crate::{interrupt, table, terminal};
+use anyhow::Context as _;
+use gable_ortho::{GridWindow, Raster};
+use gable_pipeline::{Params, SampledMesh, sample_mesh};
+use gable_segmentation::{
+    FeatureSet, LabelledRaster, Model, TrainOptions, TrainReport, TreeScore, UNKNOWN, read_labelled_images, train,
+};
+use serde_json::json;
+use std::path::Path;
+
+/// Index of the trees in [`label_map::CLASSES`].
+const TREE: u8 = 2;
+
+/// Trains a classifier.
+pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
+    let features = [FeatureSet::Zhu27, FeatureSet::Full, FeatureSet::Geometric];
+    let Some(features) = features.into_iter().find(|f| f.name() == args.features) else {
+        return Err(UsageError(format!("--features {:?}: give zhu27, full or geometric", args.features)).into());
+    };
+    let mut rasters = Vec::new();
+    if let (Some(images), Some(masks)) = (&args.images, &args.masks) {
+        rasters.extend(read_labelled_images(images, masks, args.step)?);
+    }
+    interrupt::listen();
+    let progress = Progress::new(quiet);
+    for city in &args.cities {
+        rasters.extend(city_rasters(city, args.step, &progress)?);
+    }
+    progress.begin("train", 1);
+    let defaults = TrainOptions::default();
+    let options = TrainOptions {
+        features,
+        rounds: args.rounds.unwrap_or(defaults.rounds),
+        seed: args.seed.unwrap_or(defaults.seed),
+        ..defaults
+    };
+    let (model, report) = train(&rasters, &options)?;
+    progress.step("train", "");
+    progress.finish();
+    std::fs::write(&args.out, model.to_json()).with_context(|| args.out.display().to_string())?;
+    if args.json {
+        terminal::json(&as_json(&model, &report, rasters.len()));
+    } else {
+        terminal::stdout(&text(&report));
+        terminal::stdout(&format!(
+            "weights: {0}\nuse them by --set segmentation.weights={0} --set segmentation.features={1}",
+            args.out.display(),
+            features.name()
+        ));
+    }
+    Ok(Outcome::Success)
+}
+
+/// The rasters of a city that `gable synth` has made, one for each label picture. Clutter is not looked at.
+fn city_rasters(city: &Path, step: f64, progress: &Progress) -> anyhow::Result<Vec<LabelledRaster>> {
+    let maps = label_map::read(&city.join("truth")).with_context(|| {
+        format!("{} is no city with truth: --city takes the folder that gable synth has made", city.display())
+    })?;
+    let work = tempfile::tempdir().context("a folder for rasters")?;
+    let mut params = Params::default();
+    params.set("sampling.step", &step.to_string())?;
+    let mesh = sample_mesh(&super::mesh_folder(city), work.path(), &params, progress)?;
+    let source = city.file_name().map_or_else(|| city.display().to_string(), |n| n.to_string_lossy().into_owned());
+    maps.iter().map(|map| raster(map, &mesh, step, &source)).collect()
+}
+
+/// One label picture with the rasters of the mesh below it.
+fn raster(map: &LabelMap, mesh: &SampledMesh, step: f64, source: &str) -> anyhow::Result<LabelledRaster> {
+    let [x, y, _] = mesh.frame().origin;
+    let cell = |world: f64, origin: f64| ((world - origin) / step).round() as i64;
+    let extent = |pixels: usize| ((pixels as f64 * map.step) / step).floor() as usize;
+    let (x0, y0) = (cell(map.corner[0], x), cell(map.corner[1], y));
+    let window = GridWindow { step, x0, y0, width: extent(map.width), height: extent(map.height) };
+    let maps = mesh.read(window)?;
+    let mut mask = Vec::with_capacity(window.len());
+    for row in 0..window.height {
+        for column in 0..window.width {
+            let p = window.centre(column, row);
+            let label = map.at(p.x + x, p.y + y);
+            mask.push(match label {
+                label_map::NONE => UNKNOWN,
+                _ if maps.height[(column, row)].is_nan() => UNKNOWN,
+                label => u8::from(label == TREE),
+            });
+        }
+    }
+    let (_, photographed) = maps.coverage();
+    Ok(LabelledRaster {
+        name: format!("{source}/{}", map.name),
+        source: source.to_owned(),
+        colour: (photographed > 0).then_some(maps.colour),
+        geometry: Some((maps.height, maps.normal)),
+        mask: Raster::new(window, mask),
+    })
+}
+
+fn score_json(score: &TreeScore) -> serde_json::Value {
+    json!({ "iou": score.iou(), "accuracy": score.accuracy() })
+}
+
+fn as_json(model: &Model, report: &TrainReport, rasters: usize) -> serde_json::Value {
+    let held_out: Vec<_> =
+        report.held_out.iter().map(|(name, score)| json!({ "source": name, "score": score_json(score) })).collect();
+    json!({
+        "rasters": rasters,
+        "samples": report.samples,
+        "features": model.features.name(),
+        "stumps": model.stumps.len(),
+        "fit": score_json(&report.fit),
+        "held_out": held_out,
+    })
+}
+
+/// IoU and accuracy of trees, of the model itself and of models that did not see a source.
+fn text(report: &TrainReport) -> String {
+    let row =
+        |name: String, score: &TreeScore| vec![name, format!("{:.3}", score.iou()), format!("{:.3}", score.accuracy())];
+    let mut rows = vec![["trees", "IoU", "accuracy"].map(str::to_owned).to_vec()];
+    rows.push(row("on what it learnt from".to_owned(), &report.fit));
+    rows.extend(report.held_out.iter().map(|(name, score)| row(format!("on {name}, learnt without it"), score)));
+    table::render(&rows) + &format!("{} samples\n", report.samples)
+}
