@@ -165,7 +165,8 @@ mod tests {
     #[test]
     fn no_vertex_changes_sides() {
         // Collapsing 1–2 would sweep over vertex 6, the tip of a hole beside it.
-        let vertices = [(0.0, 0.0), (4.0, 0.0), (4.05, 0.06), (4.05, 4.0), (0.0, 4.0), (3.0, 2.0), (4.03, 0.1), (3.5, 3.0)];
+        let vertices =
+            [(0.0, 0.0), (4.0, 0.0), (4.05, 0.06), (4.05, 4.0), (0.0, 4.0), (3.0, 2.0), (4.03, 0.1), (3.5, 3.0)];
         let vertices = vertices.map(|(x, y)| dvec2(x, y)).to_vec();
         let p = Partition::from_rings(vertices, &[(0, vec![0, 1, 2, 3, 4]), (0, vec![5, 7, 6])]);
         assert_eq!(short_edges(&p, 0.1), p);

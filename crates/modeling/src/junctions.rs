@@ -134,14 +134,7 @@ fn find(
 /// Cuts the tip at `v` of the sector between the edges towards `sector.neighbour` and `next.neighbour` and gives
 /// it to `next`'s region, or to that of `before`, the sector on the other side, if it is given. Nothing is cut, and
 /// `false` returned, where a ring does not follow the sector's border (two rings cross at the vertex).
-fn cut_tip(
-    partition: &mut Partition,
-    v: u32,
-    sector: Sector,
-    next: Sector,
-    before: Option<Sector>,
-    cut: f64,
-) -> bool {
+fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, before: Option<Sector>, cut: f64) -> bool {
     let (a, b) = (sector.neighbour, next.neighbour);
     let index = partition.index();
     if let (Some(&into), Some(&out)) = (index.get(&(b, v)), index.get(&(v, a)))

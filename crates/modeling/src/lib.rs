@@ -1,4 +1,4 @@
-//! One building: from rasters to LOD0, LOD1 and LOD2.
+#![doc = include_str!("../README.md")]
 
 mod collapse;
 mod creases;

@@ -63,12 +63,7 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
 const COARSER: [f64; 3] = [0.0, 0.25, 0.6];
 
 /// One closed shell for each connected part, validated as it will be written.
-fn solids(
-    partition: &Partition,
-    planes: &[Plane],
-    base: f64,
-    tolerances: &Tolerances,
-) -> Result<Vec<Shell>, String> {
+fn solids(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
     let mut reason = String::new();
     for shortest in COARSER {
         match solids_of(prepared(partition, planes, shortest), planes, base, tolerances) {
@@ -91,12 +86,7 @@ fn prepared(partition: &Partition, planes: &[Plane], shortest: f64) -> Partition
     part
 }
 
-fn solids_of(
-    part: Partition,
-    planes: &[Plane],
-    base: f64,
-    tolerances: &Tolerances,
-) -> Result<Vec<Shell>, String> {
+fn solids_of(part: Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
     let mut out = Vec::new();
     for group in connected(&part) {
         let keep: Vec<Option<Region>> = (0..part.regions).map(|r| group[r].then_some(r)).collect();

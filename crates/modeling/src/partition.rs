@@ -43,6 +43,7 @@ impl Partition {
         out
     }
 
+    #[cfg(test)]
     fn push_ring(&mut self, region: Region, ring: &[u32]) {
         let first = self.edges.len();
         for i in 0..ring.len() {

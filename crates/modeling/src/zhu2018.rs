@@ -53,11 +53,8 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
 /// Facade directions (§5.1, Eq. 7): one frame of two orthogonal axes, from the horizontal projections of the normals
 /// of nearly vertical faces.
 fn facade_frame(input: &BuildingInput, params: &Params) -> Vec<f64> {
-    let normals: Vec<DVec2> = input
-        .facets
-        .iter()
-        .filter_map(|[a, b, c]| (*b - *a).cross(*c - *a).truncate().try_normalize())
-        .collect();
+    let normals: Vec<DVec2> =
+        input.facets.iter().filter_map(|[a, b, c]| (*b - *a).cross(*c - *a).truncate().try_normalize()).collect();
     facade_directions::ransac(&normals, params.facade_angle, ITERATIONS, SEED).map(|f| f.angle).into_iter().collect()
 }
 

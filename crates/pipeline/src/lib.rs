@@ -1,4 +1,4 @@
-//! The stages as functions from artefacts to artefacts, and the one list of parameters.
+#![doc = include_str!("../README.md")]
 
 pub mod params;
 

@@ -13,8 +13,6 @@ use std::time::UNIX_EPOCH;
 /// The working folder inside the output folder.
 pub(crate) struct Workspace {
     root: PathBuf,
-    /// Whether artefacts of an earlier run with the same key were found.
-    pub(crate) resumed: bool,
 }
 
 impl Workspace {
@@ -31,7 +29,7 @@ impl Workspace {
             artefact::create_dir(&root.join(folder))?;
         }
         artefact::write(&file, key.as_bytes())?;
-        Ok(Self { root, resumed })
+        Ok(Self { root })
     }
 
     /// A path in the working folder.

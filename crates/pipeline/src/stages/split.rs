@@ -13,8 +13,6 @@ use std::path::PathBuf;
 pub(crate) struct Blocks {
     pub(crate) report: SplitReport,
     folder: PathBuf,
-    /// Whether an earlier run made them.
-    pub(crate) reused: bool,
 }
 
 /// Splits the scene, unless an earlier run did.
@@ -23,8 +21,8 @@ pub(crate) fn run(context: &Context<'_>, scene: &Scene) -> Result<Blocks, Pipeli
     context.check_cancelled()?;
     let folder = context.workspace.path("blocks");
     let record = context.workspace.path("blocks/split.json");
-    let (report, reused) = match artefact::read_json::<SplitReport>(&record)? {
-        Some(report) => (report, true),
+    let report = match artefact::read_json::<SplitReport>(&record)? {
+        Some(report) => report,
         None => {
             let given = &context.params.grid;
             let grid = if given.block_size > 0.0 {
@@ -38,11 +36,11 @@ pub(crate) fn run(context: &Context<'_>, scene: &Scene) -> Result<Blocks, Pipeli
                 other => context.failed(Stage::Split, "the scene", other),
             })?;
             artefact::write_json(&record, &report)?;
-            (report, false)
+            report
         }
     };
     context.observer.done(Stage::Split, "scene");
-    Ok(Blocks { report, folder, reused })
+    Ok(Blocks { report, folder })
 }
 
 impl Blocks {
@@ -67,12 +65,6 @@ impl Blocks {
         let core = self.report.grid.core(ix, iy)?;
         let step = self.report.grid.step;
         Some(GridWindow { step, x0: core.x0, y0: core.y0, width: core.width, height: core.height })
-    }
-
-    /// The pixels of all blocks.
-    pub(crate) fn whole(&self) -> GridWindow {
-        let core = self.report.grid.whole();
-        GridWindow { step: self.report.grid.step, x0: core.x0, y0: core.y0, width: core.width, height: core.height }
     }
 
     /// West, south, east, north of a block; world coordinates.

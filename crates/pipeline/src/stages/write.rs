@@ -159,7 +159,7 @@ fn city(
         Header { title: title.to_owned(), origin: frame.origin, crs: frame.crs.clone(), extent: Some(blocks.extent()) };
     let mut failure = None;
     artefact::write_with(path, |file| {
-        let mut fill = || -> Result<(), PipelineError> {
+        let fill = || -> Result<(), PipelineError> {
             let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, CITY, e);
             let mut writer = SeqWriter::new(file, &header).map_err(wrong)?;
             for tile in tiles {
