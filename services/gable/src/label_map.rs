@@ -103,12 +103,14 @@ pub(crate) fn together(truth: &[LabelMap], result: &[LabelMap]) -> Option<(usize
     let draw = |maps: &[LabelMap]| {
         let mut out = vec![NONE; width * height];
         for map in maps {
-            let first = |v: f64| ((v / step).round().max(0.0)) as usize;
-            let (x0, y0) = (first(map.corner[0] - west), first(map.corner[1] - south));
-            let x1 = first(map.corner[0] - west + map.width as f64 * map.step).min(width);
-            let y1 = first(map.corner[1] - south + map.height as f64 * map.step).min(height);
-            for y in y0..y1 {
-                for x in x0..x1 {
+            // Rounded outwards: whether a pixel's centre is inside is asked below.
+            let range = |from: f64, pixels: usize, all: usize| {
+                let (first, last) = ((from / step).floor(), ((from + pixels as f64 * map.step) / step).ceil());
+                (first.max(0.0) as usize).min(all)..(last.max(0.0) as usize).min(all)
+            };
+            let columns = range(map.corner[0] - west, map.width, width);
+            for y in range(map.corner[1] - south, map.height, height) {
+                for x in columns.clone() {
                     let label = map.at(west + (x as f64 + 0.5) * step, south + (y as f64 + 0.5) * step);
                     if label != NONE {
                         out[y * width + x] = label;
