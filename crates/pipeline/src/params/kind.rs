@@ -197,16 +197,6 @@ choices! {
 }
 
 choices! {
-    /// The moves by which labels are optimised.
-    Solver {
-        /// α-expansion.
-        Expansion = "expansion",
-        /// α-β swap.
-        Swap = "swap",
-    }
-}
-
-choices! {
     /// An output format.
     Format {
         /// CityJSON 2.0, one file for each tile.

@@ -7,7 +7,7 @@ mod kind;
 mod preset;
 mod table;
 
-pub use kind::{Bounds, Features, Format, Method, Solver, TerrainModel, Up};
+pub use kind::{Bounds, Features, Format, Method, TerrainModel, Up};
 pub use preset::{PRESETS, Preset};
 pub use table::{
     GROUPS, GridParams, InputParams, ModelingParams, OutputParams, PARAMETERS, Parameter, Params, ResourceParams,
@@ -181,12 +181,15 @@ impl Params {
         preset.values.iter().try_for_each(|(name, value)| self.set(name, value))
     }
 
-    /// Sets one parameter by its full name, or by the last part of it where that is unique; `method` sets
-    /// the method of every stage.
+    /// Sets one parameter by its full name, or by the last part of it where that is unique. `method` alone sets the
+    /// method of every stage, and to `zhu2018` with the published figures: it stands for the preset.
     ///
     /// # Errors
     /// If there is no such parameter, or the value is of another kind or out of range.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParamError> {
+        if (name.trim(), value.trim()) == ("method", Method::Zhu2018.name()) {
+            return self.apply_preset(Method::Zhu2018.name());
+        }
         for parameter in resolve(name)? {
             (parameter.set)(self, value.trim()).map_err(|expected| ParamError::Value {
                 name: parameter.name.to_owned(),

@@ -1,9 +1,11 @@
 //! The one list of parameters: name, unit, default, range and help of each.
 //!
 //! To add one, write its line here. The typed field of [`Params`](super::Params), `gable params`, `--set`,
-//! the config file, the checks and the hash all come from it.
+//! the config file, the checks and the hash all come from it. A default that belongs to a method is the one of the
+//! method's crate.
 
-use super::kind::{ANY, Bounds, Features, Format, Kind, Method, Solver, TerrainModel, Up, within};
+use super::kind::{ANY, Bounds, Features, Format, Kind, Method, TerrainModel, Up, within};
+use gable_segmentation::SegmentParams;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -119,16 +121,30 @@ parameters! {
         terrain: TerrainModel = TerrainModel::Surface, "", ANY;
         /// Cell of the ground surface.
         terrain_cell: f64 = 2.0, "m", within(0.5, 20.0);
-        /// Moves by which the labels are optimised.
-        solver: Solver = Solver::Expansion, "", ANY;
         /// Weight of smoothness against data (Zhu 2018, Eq. 6).
-        mu: f64 = 1.0, "", within(0.0, 100.0);
-        /// Height above ground at which a pixel is as likely ground as not (Zhu 2018, Eq. 3).
-        h_trunc: f64 = 3.0, "m", within(0.5, 20.0);
+        mu: f64 = SegmentParams::default().smoothness, "", within(0.0, 100.0);
+        /// Share of the smoothness that is left across steps of a metre and more.
+        step_smoothness: f64 = SegmentParams::default().step_smoothness, "", within(0.0, 1.0);
+        /// Height above ground at which a pixel is as likely low as high (Zhu 2018, Eq. 3).
+        h_trunc: f64 = SegmentParams::default().height, "m", within(0.5, 20.0);
+        /// Steepness of the logistic function of height (Zhu 2018, Eq. 3).
+        steepness: f64 = SegmentParams::default().steepness, "1/m", within(0.1, 20.0);
+        /// Weight of the tree probability against that of height, for the method gable.
+        tree_weight: f64 = SegmentParams::default().tree_weight, "", within(0.0, 10.0);
+        /// Share of plants in the scene, for the method gable.
+        tree_share: f64 = SegmentParams::default().tree_share, "", within(0.01, 0.99);
+        /// Least likelihood of anything, for the method gable.
+        doubt: f64 = SegmentParams::default().doubt, "", within(0.0, 0.5);
         /// Radius of the opening that removes specks and spikes of buildings.
-        opening: f64 = 0.6, "m", within(0.0, 10.0);
+        opening: f64 = SegmentParams::default().cleanup.opening, "m", within(0.0, 10.0);
         /// Radius of the closing that fills gaps in buildings.
-        closing: f64 = 0.6, "m", within(0.0, 10.0);
+        closing: f64 = SegmentParams::default().cleanup.closing, "m", within(0.0, 10.0);
+        /// Holes in a building up to this area become building.
+        hole_area: f64 = SegmentParams::default().cleanup.hole_area, "m²", within(0.0, 1000.0);
+        /// Trees up to this area that a building encloses on most sides become building.
+        roof_tree_area: f64 = SegmentParams::default().cleanup.roof_tree_area, "m²", within(0.0, 1000.0);
+        /// Buildings whose mean tree probability exceeds this are trees.
+        building_tree_share: f64 = SegmentParams::default().cleanup.building_tree_share, "", within(0.0, 1.0);
         /// Smallest area of a building.
         min_area: f64 = 8.0, "m²", within(0.0, 1000.0);
         /// Smallest height of a building above the ground, as the median over its pixels.
@@ -143,27 +159,27 @@ parameters! {
         /// Whose rules: gable or zhu2018.
         method: Method = Method::Gable, "", ANY;
         /// Faces within this angle of the vertical are facades.
-        facade_angle: f64 = 20.0, "°", within(1.0, 60.0);
+        facade_angle: f64 = gable_modeling::Params::default().facade_angle, "°", within(1.0, 60.0);
         /// How far a roof point may lie from its plane.
-        plane_distance: f64 = 0.3, "m", within(0.02, 5.0);
+        plane_distance: f64 = gable_modeling::Params::default().plane_distance, "m", within(0.02, 5.0);
         /// How far a roof point's normal may turn from its plane's.
-        plane_angle: f64 = 20.0, "°", within(1.0, 60.0);
+        plane_angle: f64 = gable_modeling::Params::default().plane_angle, "°", within(1.0, 60.0);
         /// Smallest area of a roof plane.
-        plane_area: f64 = 3.0, "m²", within(0.1, 100.0);
+        plane_area: f64 = gable_modeling::Params::default().plane_area, "m²", within(0.1, 100.0);
         /// Most planes of one building.
-        max_planes: usize = 200, "", within(1.0, 10_000.0);
+        max_planes: usize = gable_modeling::Params::default().max_planes, "", within(1.0, 10_000.0);
         /// Shortest line segment that is kept.
-        line_length: f64 = 1.0, "m", within(0.1, 50.0);
+        line_length: f64 = gable_modeling::Params::default().line_length, "m", within(0.1, 50.0);
         /// Parallel segments closer than this become one (Zhu 2018, §5.2).
-        collinear: f64 = 0.5, "m", within(0.0, 5.0);
+        collinear: f64 = gable_modeling::Params::default().collinear, "m", within(0.0, 5.0);
         /// Segments grow by this times their length at most before they slice the plane.
-        extension: f64 = 3.0, "", within(0.0, 20.0);
+        extension: f64 = gable_modeling::Params::default().extension, "", within(0.0, 20.0);
         /// Cells smaller than this join a neighbour.
-        min_cell_area: f64 = 0.5, "m²", within(0.0, 50.0);
+        min_cell_area: f64 = gable_modeling::Params::default().min_cell_area, "m²", within(0.0, 50.0);
         /// Weight of smoothness against data (Zhu 2018, Eq. 11) for the method gable: of a metre of border, against cubic metres.
-        beta: f64 = 0.4, "m³/m", within(0.0, 1000.0);
+        beta: f64 = gable_modeling::Params::default().beta, "m³/m", within(0.0, 1000.0);
         /// The same for the method zhu2018, where data is summed over pixels and not over area.
-        beta_pixel: f64 = 10.0, "m/m", within(0.0, 100_000.0);
+        beta_pixel: f64 = gable_modeling::Params::default().beta_pixel, "m/m", within(0.0, 100_000.0);
     }
     /// What is written.
     output: OutputParams {

@@ -6,10 +6,10 @@
 use super::{Context, prepare};
 use crate::artefact::{self, LabelTile};
 use crate::mosaic::{Mosaic, MosaicTile};
-use crate::params::{Features, Method, TerrainModel};
+use crate::params::{Features, Method, Params, TerrainModel};
 use crate::{PipelineError, Stage};
 use gable_ortho::{GridWindow, Orthograph, Raster};
-use gable_segmentation::{FeatureSet, Label, Model, SegmentParams, Terrain};
+use gable_segmentation::{CleanupParams, FeatureSet, Label, Model, SegmentParams, Terrain};
 use gable_stitching::TileComponents;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -30,7 +30,7 @@ pub(crate) fn segment(
     let patches = patches(ortho, context.params.segmentation.patch);
     context.observer.stage(Stage::Segment, patches.len());
     let (model, coloured) = classifier(context, photographed)?;
-    let params = segment_params(context);
+    let params = segment_params(context.params);
     let done: Vec<Option<(TileComponents, MosaicTile)>> = patches
         .par_iter()
         .map(|&patch| {
@@ -98,14 +98,30 @@ fn classifier(context: &Context<'_>, photographed: bool) -> Result<(Model, bool)
     Ok((model, coloured))
 }
 
-fn segment_params(context: &Context<'_>) -> SegmentParams {
-    let given = &context.params.segmentation;
-    let mut params = if given.method == Method::Zhu2018 { SegmentParams::zhu2018() } else { SegmentParams::default() };
-    params.height = given.h_trunc;
-    params.smoothness = given.mu;
-    params.cleanup.opening = given.opening;
-    params.cleanup.closing = given.closing;
-    params
+fn segment_params(params: &Params) -> SegmentParams {
+    let given = &params.segmentation;
+    let published = given.method == Method::Zhu2018;
+    let base = if published { SegmentParams::zhu2018() } else { SegmentParams::default() };
+    SegmentParams {
+        height: given.h_trunc,
+        steepness: given.steepness,
+        tree_weight: given.tree_weight,
+        tree_share: given.tree_share,
+        doubt: given.doubt,
+        smoothness: given.mu,
+        step_smoothness: given.step_smoothness,
+        cleanup: CleanupParams {
+            opening: given.opening,
+            closing: given.closing,
+            hole_area: given.hole_area,
+            // The published method judges no region; too small buildings are dropped when all pieces are united.
+            building_area: if published { base.cleanup.building_area } else { given.min_area },
+            roof_tree_area: given.roof_tree_area,
+            building_tree_share: given.building_tree_share,
+            ..base.cleanup
+        },
+        ..base
+    }
 }
 
 fn label(
@@ -147,5 +163,33 @@ impl Labelled {
     /// The labels on a window.
     pub(crate) fn read(&self, window: GridWindow) -> Result<Raster<u8>, PipelineError> {
         Ok(self.labels.read(window)?.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_the_labelling_crates_and_the_preset_is_the_published_rule() {
+        let params = Params::default();
+        let mut expected = SegmentParams::default();
+        expected.cleanup.building_area = params.segmentation.min_area;
+        assert_eq!(segment_params(&params), expected);
+
+        let published = SegmentParams::zhu2018();
+        for (preset, settings) in [(Some("zhu2018"), vec![]), (None, vec![("method".to_owned(), "zhu2018".to_owned())])]
+        {
+            let found = segment_params(&Params::assemble(preset, None, &settings).unwrap());
+            // These belong to the other method and are not looked at.
+            let ours = SegmentParams::default();
+            let unused = SegmentParams {
+                tree_weight: ours.tree_weight,
+                tree_share: ours.tree_share,
+                doubt: ours.doubt,
+                ..published
+            };
+            assert_eq!(found, unused);
+        }
     }
 }
