@@ -269,16 +269,18 @@ const TRAIN_HELP: &str = "\
 Examples:
   gable train --images ortho --masks trees --step 0.25 --out weights.json
   gable train --city spring --city summer --features full --out weights.json
+  gable train --mesh real.obj --labels corrected --city spring --features full --out weights.json
   gable run mesh.obj --out city --set segmentation.weights=weights.json --set segmentation.features=full
 
 Images and masks are PNG or JPEG of the same name and size: in a mask black is no tree, white tree, grey not
 looked at. The part of a name before the first _ or - is its source; figures are given for each source by a
-model that did not see it. A city is a folder that gable synth has made.";
+model that did not see it. A city is a folder that gable synth has made. Labels are the pictures that
+gable run --set output.labels=true writes, corrected by hand.";
 
 /// Arguments of `gable train`.
 #[derive(Debug, Args)]
 #[command(after_help = TRAIN_HELP)]
-#[command(group(clap::ArgGroup::new("samples").required(true).multiple(true).args(["images", "cities"])))]
+#[command(group(clap::ArgGroup::new("samples").required(true).multiple(true).args(["images", "cities", "meshes"])))]
 pub(crate) struct TrainArgs {
     /// Folder of orthophotos
     #[arg(long, value_name = "DIR", requires = "masks")]
@@ -289,6 +291,12 @@ pub(crate) struct TrainArgs {
     /// City with truth; may be given many times
     #[arg(long = "city", value_name = "DIR")]
     pub(crate) cities: Vec<PathBuf>,
+    /// Mesh whose labels were corrected; may be given many times, each with --labels
+    #[arg(long = "mesh", value_name = "PATH", requires = "labels")]
+    pub(crate) meshes: Vec<PathBuf>,
+    /// Result folder with the labels of that mesh
+    #[arg(long, value_name = "DIR", requires = "meshes")]
+    pub(crate) labels: Vec<PathBuf>,
     /// Edge of a pixel, metres
     #[arg(long, value_name = "M", default_value_t = 0.2)]
     pub(crate) step: f64,

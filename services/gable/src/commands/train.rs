@@ -14,8 +14,9 @@ use gable_segmentation::{
 use serde_json::json;
 use std::path::Path;
 
-/// Index of the trees in [`label_map::CLASSES`].
-const TREE: u8 = 2;
+/// What the classifier is to find, by the classes of [`label_map::CLASSES`]: plants, whether low or high, because grass is
+/// told from trees by its height and from ground by this classifier (Zhu 2018, Eq. 4).
+const PLANTS: [bool; 4] = [false, true, true, false];
 
 /// Trains a classifier.
 pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
@@ -30,7 +31,13 @@ pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
     interrupt::listen();
     let progress = Progress::new(quiet);
     for city in &args.cities {
-        rasters.extend(city_rasters(city, args.step, &progress)?);
+        rasters.extend(city_rasters(&super::mesh_folder(city), &city.join("truth"), city, args.step, &progress)?);
+    }
+    if args.meshes.len() != args.labels.len() {
+        return Err(UsageError("give --labels once for each --mesh".to_owned()).into());
+    }
+    for (mesh, labels) in args.meshes.iter().zip(&args.labels) {
+        rasters.extend(city_rasters(mesh, labels, mesh, args.step, &progress)?);
     }
     progress.begin("train", 1);
     let defaults = TrainOptions::default();
@@ -57,16 +64,22 @@ pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
     Ok(Outcome::Success)
 }
 
-/// The rasters of a city that `gable synth` has made, one for each label picture. Clutter is not looked at.
-fn city_rasters(city: &Path, step: f64, progress: &Progress) -> anyhow::Result<Vec<LabelledRaster>> {
-    let maps = label_map::read(&city.join("truth")).with_context(|| {
-        format!("{} is no city with truth: --city takes the folder that gable synth has made", city.display())
+/// The rasters of a mesh with the folder `labels` in `labelled`, one for each label picture. Clutter is not looked at.
+fn city_rasters(
+    mesh: &Path,
+    labelled: &Path,
+    name: &Path,
+    step: f64,
+    progress: &Progress,
+) -> anyhow::Result<Vec<LabelledRaster>> {
+    let maps = label_map::read(labelled).map_err(|e| {
+        UsageError(format!("{} has no labels of gable synth or gable run that can be used: {e:#}", labelled.display()))
     })?;
     let work = tempfile::tempdir().context("a folder for rasters")?;
     let mut params = Params::default();
     params.set("sampling.step", &step.to_string())?;
-    let mesh = sample_mesh(&super::mesh_folder(city), work.path(), &params, progress)?;
-    let source = city.file_name().map_or_else(|| city.display().to_string(), |n| n.to_string_lossy().into_owned());
+    let mesh = sample_mesh(mesh, work.path(), &params, progress)?;
+    let source = name.file_name().map_or_else(|| name.display().to_string(), |n| n.to_string_lossy().into_owned());
     maps.iter().map(|map| raster(map, &mesh, step, &source)).collect()
 }
 
@@ -86,7 +99,7 @@ fn raster(map: &LabelMap, mesh: &SampledMesh, step: f64, source: &str) -> anyhow
             mask.push(match label {
                 label_map::NONE => UNKNOWN,
                 _ if maps.height[(column, row)].is_nan() => UNKNOWN,
-                label => u8::from(label == TREE),
+                label => u8::from(PLANTS[usize::from(label)]),
             });
         }
     }
