@@ -99,5 +99,5 @@ fn weights_are_trained_from_a_city_and_used() {
     let figures = run_gable(&["eval", "--truth", city, "--result", out, "--json"]).success().json();
     let classes = figures["labels"]["all"]["classes"].as_array().unwrap();
     let building = classes.iter().find(|c| c["name"] == "building").unwrap();
-    assert!(building["iou"].as_f64().unwrap() > 0.8, "{classes:?}");
+    assert!(building["iou"].as_f64().unwrap() > 0.75, "{classes:?}");
 }
