@@ -1,0 +1,302 @@
+//! Who does a task: claims under a lease and a fence.
+//!
+//! A claim raises the task's fence. Every later word of the worker about the task carries the fence it was given, and is
+//! refused if the fence was raised since: because the lease ran out and another worker took over, or the job was
+//! cancelled. So a task's body may run more than once, but its result counts exactly once.
+
+use crate::database::Tx;
+use crate::events::About;
+use crate::{Artifact, EventKind, JobState, JobStoreError, NewTask, Store};
+use sqlx::Row;
+use std::time::Duration;
+
+/// A task that a worker holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// Id of the job.
+    pub job: String,
+    /// What the job is to do, as JSON.
+    pub request: String,
+    /// Stage of the task.
+    pub stage: i64,
+    /// Unit of the task.
+    pub unit: String,
+    /// What the worker needs to know, as JSON.
+    pub input: String,
+    /// The number under which it is held.
+    pub fence: i64,
+    /// Which attempt this is, from 1.
+    pub attempt: i64,
+}
+
+impl Claim {
+    fn lost(&self) -> JobStoreError {
+        JobStoreError::Lost { job: self.job.clone(), stage: self.stage, unit: self.unit.clone(), fence: self.fence }
+    }
+}
+
+/// What a worker is to do after a heartbeat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The lease is longer now.
+    Continue,
+    /// The task is no longer the worker's: stop, and throw the result away.
+    Stop,
+}
+
+/// Whether a task that failed may be tried again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Retry {
+    /// After this time, while attempts are left.
+    After(Duration),
+    /// Never: it would fail again.
+    Never,
+}
+
+/// What a finished task leaves.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Finished {
+    /// What it made.
+    pub artifacts: Vec<Artifact>,
+    /// Tasks of later stages that it found to be needed.
+    pub tasks: Vec<NewTask>,
+    /// Whether the result was taken over from an earlier run.
+    pub reused: bool,
+}
+
+impl Store {
+    /// Gives a worker the next task: of the job with the highest priority, then of the oldest one. None if none is ready.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn claim(&self, worker: &str, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
+        let statement = "SELECT id FROM job WHERE state IN ('accepted', 'running') AND EXISTS (SELECT 1 FROM task \
+                         WHERE task.job = job.id AND task.state = 'ready' AND task.stage = job.stage AND task.not_before <= {now}) \
+                         ORDER BY priority DESC, created, id LIMIT 8";
+        let jobs = sqlx::query(self.sql(statement)).fetch_all(&self.pool).await?;
+        for row in jobs {
+            let claim = self.claim_of(row.try_get("id")?, worker, lease).await?;
+            if claim.is_some() {
+                return Ok(claim);
+            }
+        }
+        Ok(None)
+    }
+
+    async fn claim_of(&self, id: &str, worker: &str, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
+        let mut tx = self.begin().await?;
+        let job = self.locked(&mut tx, id).await?;
+        if !matches!(job.state, JobState::Accepted | JobState::Running) {
+            return Ok(None);
+        }
+        let statement = "UPDATE task SET state = 'running', fence = fence + 1, attempts = attempts + 1, worker = $3, phase = NULL, \
+                         started = {now}, finished = NULL, lease_until = {now} + $4 \
+                         WHERE job = $1 AND stage = $2 AND unit = (SELECT unit FROM task WHERE job = $1 AND stage = $2 \
+                         AND state = 'ready' AND not_before <= {now} ORDER BY unit LIMIT 1) \
+                         RETURNING unit, input, fence, attempts";
+        let Some(row) = sqlx::query(self.sql(statement))
+            .bind(id)
+            .bind(job.stage)
+            .bind(worker)
+            .bind(milliseconds(lease))
+            .fetch_optional(&mut *tx)
+            .await?
+        else {
+            return Ok(None);
+        };
+        let claim = Claim {
+            job: job.id,
+            request: job.request,
+            stage: job.stage,
+            unit: row.try_get("unit")?,
+            input: row.try_get("input")?,
+            fence: row.try_get("fence")?,
+            attempt: row.try_get("attempts")?,
+        };
+        if job.state == JobState::Accepted {
+            let statement = "UPDATE job SET state = 'running', started = {now} WHERE id = $1";
+            sqlx::query(self.sql(statement)).bind(id).execute(&mut *tx).await?;
+            let message = Some(JobState::Running.name());
+            self.note(&mut tx, id, EventKind::State, About { message, ..About::default() }).await?;
+        }
+        let about = About { stage: Some(claim.stage), unit: Some(&claim.unit), message: Some(worker) };
+        self.note(&mut tx, id, EventKind::Claimed, about).await?;
+        tx.commit().await?;
+        Ok(Some(claim))
+    }
+
+    /// Holds a task for another lease, and says how far it is.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn heartbeat(&self, claim: &Claim, lease: Duration, phase: &str) -> Result<Order, JobStoreError> {
+        let statement = "UPDATE task SET lease_until = {now} + $5, phase = $6 \
+                         WHERE job = $1 AND stage = $2 AND unit = $3 AND fence = $4 AND state = 'running'";
+        let held = sqlx::query(self.sql(statement))
+            .bind(&claim.job)
+            .bind(claim.stage)
+            .bind(&claim.unit)
+            .bind(claim.fence)
+            .bind(milliseconds(lease))
+            .bind(phase)
+            .execute(&self.pool)
+            .await?;
+        Ok(if crate::database::one_row(&held) { Order::Continue } else { Order::Stop })
+    }
+
+    /// Takes over a task's result: its artefacts, the tasks it adds, its end and what follows from it, in one transaction.
+    ///
+    /// # Errors
+    /// [`JobStoreError::Lost`] if the task is no longer the worker's; then nothing is changed. If the call was cut off, it may
+    /// be repeated: [`JobStoreError::Lost`] then also means that the first one was carried out.
+    pub async fn finish(&self, claim: &Claim, result: &Finished) -> Result<(), JobStoreError> {
+        if let Some(early) = result.tasks.iter().find(|t| t.stage <= claim.stage) {
+            let (unit, stage, added) = (claim.unit.clone(), claim.stage, early.stage);
+            return Err(JobStoreError::StageOrder { unit, stage, added });
+        }
+        let mut tx = self.begin().await?;
+        let kind = if result.reused { EventKind::Reused } else { EventKind::Done };
+        self.about(&mut tx, claim, kind, None).await?;
+        let state = if result.reused { "reused" } else { "done" };
+        self.leave(&mut tx, claim, state, None).await?;
+        self.add_artifacts(&mut tx, &claim.job, &result.artifacts).await?;
+        self.add_tasks(&mut tx, &claim.job, &result.tasks).await?;
+        self.advance(&mut tx, &claim.job).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Gives a task up: it is tried again, or fails for good when its attempts are used up.
+    ///
+    /// # Errors
+    /// [`JobStoreError::Lost`] if the task is no longer the worker's.
+    pub async fn fail(&self, claim: &Claim, reason: &str, retry: Retry) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        self.lock(&mut tx, &claim.job).await?;
+        self.give_up(&mut tx, claim, reason, retry).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Hands a task back that was not begun, or that a draining worker stops: the attempt does not count.
+    ///
+    /// # Errors
+    /// [`JobStoreError::Lost`] if the task is no longer the worker's.
+    pub async fn release(&self, claim: &Claim) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        self.about(&mut tx, claim, EventKind::Retry, Some("handed back by its worker")).await?;
+        self.leave(&mut tx, claim, "ready", None).await?;
+        sqlx::query("UPDATE task SET attempts = attempts - 1 WHERE job = $1 AND stage = $2 AND unit = $3")
+            .bind(&claim.job)
+            .bind(claim.stage)
+            .bind(&claim.unit)
+            .execute(&mut *tx)
+            .await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Takes tasks back whose lease ran out, and gives their number. Every coordinator and worker may call it at any time.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn reap(&self) -> Result<usize, JobStoreError> {
+        let statement = "SELECT job, stage, unit, fence, attempts, worker FROM task WHERE state = 'running' AND lease_until < {now}";
+        let expired = sqlx::query(self.sql(statement)).fetch_all(&self.pool).await?;
+        let mut taken = 0;
+        for row in expired {
+            let claim = Claim {
+                job: row.try_get("job")?,
+                request: String::new(),
+                stage: row.try_get("stage")?,
+                unit: row.try_get("unit")?,
+                input: String::new(),
+                fence: row.try_get("fence")?,
+                attempt: row.try_get("attempts")?,
+            };
+            let worker: Option<String> = row.try_get("worker")?;
+            let mut tx = self.begin().await?;
+            self.lock(&mut tx, &claim.job).await?;
+            // A heartbeat may have come since.
+            let statement = "SELECT COUNT(*) AS tasks FROM task WHERE job = $1 AND stage = $2 AND unit = $3 AND fence = $4 \
+                             AND state = 'running' AND lease_until < {now}";
+            let still: i64 = sqlx::query(self.sql(statement))
+                .bind(&claim.job)
+                .bind(claim.stage)
+                .bind(&claim.unit)
+                .bind(claim.fence)
+                .fetch_one(&mut *tx)
+                .await?
+                .try_get("tasks")?;
+            if still == 1 {
+                let reason = format!("worker {} fell silent", worker.as_deref().unwrap_or("?"));
+                self.give_up(&mut tx, &claim, &reason, Retry::After(Duration::ZERO)).await?;
+                tx.commit().await?;
+                taken += 1;
+            }
+        }
+        Ok(taken)
+    }
+
+    async fn give_up(&self, tx: &mut Tx, claim: &Claim, reason: &str, retry: Retry) -> Result<(), JobStoreError> {
+        let row = sqlx::query(
+            "SELECT required, max_attempts, attempts FROM task WHERE job = $1 AND stage = $2 AND unit = $3",
+        )
+        .bind(&claim.job)
+        .bind(claim.stage)
+        .bind(&claim.unit)
+        .fetch_optional(&mut **tx)
+        .await?
+        .ok_or_else(|| claim.lost())?;
+        let (required, most, attempts): (i64, i64, i64) =
+            (row.try_get("required")?, row.try_get("max_attempts")?, row.try_get("attempts")?);
+        if let (Retry::After(pause), true) = (retry, attempts < most) {
+            self.leave(tx, claim, "ready", Some(reason)).await?;
+            let statement = "UPDATE task SET not_before = {now} + $4 WHERE job = $1 AND stage = $2 AND unit = $3";
+            sqlx::query(self.sql(statement))
+                .bind(&claim.job)
+                .bind(claim.stage)
+                .bind(&claim.unit)
+                .bind(milliseconds(pause))
+                .execute(&mut **tx)
+                .await?;
+            return self.about(tx, claim, EventKind::Retry, Some(reason)).await;
+        }
+        self.leave(tx, claim, "failed", Some(reason)).await?;
+        self.about(tx, claim, EventKind::Failed, Some(reason)).await?;
+        if required == 1 {
+            self.end(tx, &claim.job, JobState::Failed, Some(reason)).await
+        } else {
+            self.advance(tx, &claim.job).await
+        }
+    }
+
+    /// Ends the hold on a task, if it is held under this fence.
+    async fn leave(&self, tx: &mut Tx, claim: &Claim, state: &str, reason: Option<&str>) -> Result<(), JobStoreError> {
+        let statement = "UPDATE task SET state = $5, reason = $6, phase = NULL, lease_until = NULL, finished = {now} \
+                         WHERE job = $1 AND stage = $2 AND unit = $3 AND fence = $4 AND state = 'running'";
+        let left = sqlx::query(self.sql(statement))
+            .bind(&claim.job)
+            .bind(claim.stage)
+            .bind(&claim.unit)
+            .bind(claim.fence)
+            .bind(state)
+            .bind(reason)
+            .execute(&mut **tx)
+            .await?;
+        if crate::database::one_row(&left) { Ok(()) } else { Err(claim.lost()) }
+    }
+
+    /// Notes an event about a task; the job is locked from then on.
+    async fn about(
+        &self,
+        tx: &mut Tx,
+        claim: &Claim,
+        kind: EventKind,
+        message: Option<&str>,
+    ) -> Result<(), JobStoreError> {
+        let about = About { stage: Some(claim.stage), unit: Some(&claim.unit), message };
+        self.note(tx, &claim.job, kind, about).await
+    }
+}
+
+fn milliseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_millis()).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,115 @@
+//! The connection, and the little in which the two databases differ.
+
+use crate::JobStoreError;
+use sqlx::any::{AnyPoolOptions, AnyQueryResult};
+use sqlx::{Any, AnyPool, AssertSqlSafe, Executor, Transaction};
+use std::time::Duration;
+
+static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations");
+
+/// How long to wait for a connection, and on SQLite for another writer.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Dialect {
+    Sqlite,
+    Postgres,
+}
+
+impl Dialect {
+    /// Milliseconds since 1970 by the database's clock, so that the clocks of workers do not matter.
+    fn now(self) -> &'static str {
+        match self {
+            Self::Sqlite => "CAST(unixepoch('subsec') * 1000 AS BIGINT)",
+            Self::Postgres => "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+        }
+    }
+
+    /// SQLite: take the write lock at once, for a transaction that reads first cannot always get it later.
+    fn begin(self) -> &'static str {
+        match self {
+            Self::Sqlite => "BEGIN IMMEDIATE",
+            Self::Postgres => "BEGIN",
+        }
+    }
+}
+
+/// Jobs and tasks in a database. Clones share one pool of connections.
+#[derive(Clone, Debug)]
+pub struct Store {
+    pub(crate) pool: AnyPool,
+    dialect: Dialect,
+}
+
+pub(crate) type Tx = Transaction<'static, Any>;
+
+impl Store {
+    /// Opens the database at `sqlite:FILE` (made if it is not there) or `postgres://USER:PASSWORD@HOST/NAME`, and brings
+    /// its tables up to date.
+    ///
+    /// # Errors
+    /// If the address names no supported database, it does not answer, or its tables are of a newer version.
+    pub async fn connect(address: &str) -> Result<Self, JobStoreError> {
+        sqlx::any::install_default_drivers();
+        let (dialect, address, connections) = if address.starts_with("sqlite:") {
+            let made = if address.contains('?') { address.to_owned() } else { format!("{address}?mode=rwc") };
+            (Dialect::Sqlite, made, 4)
+        } else if address.starts_with("postgres:") || address.starts_with("postgresql:") {
+            (Dialect::Postgres, address.to_owned(), 8)
+        } else {
+            let scheme = address.split(':').next().unwrap_or_default();
+            return Err(JobStoreError::Address(scheme.to_owned()));
+        };
+        let pool = AnyPoolOptions::new()
+            .max_connections(connections)
+            .acquire_timeout(PATIENCE)
+            .after_connect(move |connection, _| {
+                Box::pin(async move {
+                    if dialect == Dialect::Sqlite {
+                        // WAL: readers do not wait for writers. FULL: what was said to be committed survives power loss.
+                        let pragmas = AssertSqlSafe(format!(
+                            "PRAGMA busy_timeout = {}; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; \
+                             PRAGMA foreign_keys = ON",
+                            PATIENCE.as_millis()
+                        ));
+                        connection.execute(sqlx::raw_sql(pragmas)).await?;
+                    }
+                    Ok(())
+                })
+            })
+            .connect(&address)
+            .await?;
+        MIGRATIONS.run(&pool).await?;
+        Ok(Self { pool, dialect })
+    }
+
+    /// Closes all connections.
+    pub async fn close(&self) {
+        self.pool.close().await;
+    }
+
+    /// Whether the database answers.
+    ///
+    /// # Errors
+    /// If it does not.
+    pub async fn ping(&self) -> Result<(), JobStoreError> {
+        sqlx::query("SELECT 1").execute(&self.pool).await?;
+        Ok(())
+    }
+
+    /// The statement with `{now}` replaced by the database's clock and `{job}` by the columns of a job. Statements are
+    /// constants of this crate: values are always bound.
+    pub(crate) fn sql(&self, statement: &'static str) -> AssertSqlSafe<String> {
+        AssertSqlSafe(statement.replace("{now}", self.dialect.now()).replace("{job}", crate::Job::COLUMNS))
+    }
+
+    /// A transaction that will write.
+    pub(crate) async fn begin(&self) -> Result<Tx, JobStoreError> {
+        Ok(self.pool.begin_with(self.dialect.begin()).await?)
+    }
+}
+
+/// Whether exactly one row was changed.
+pub(crate) fn one_row(result: &AnyQueryResult) -> bool {
+    result.rows_affected() == 1
+}

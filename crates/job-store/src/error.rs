@@ -1,0 +1,105 @@
+//! What can go wrong.
+
+/// A failure of the job store.
+#[derive(Debug, thiserror::Error)]
+pub enum JobStoreError {
+    /// The address names no database that is supported.
+    #[error("{0:?} is no database: give sqlite:FILE or postgres://USER:PASSWORD@HOST/NAME")]
+    Address(String),
+    /// There is no such job.
+    #[error("there is no job {0}")]
+    NoJob(String),
+    /// The job's state does not allow it.
+    #[error("job {job} is {state}: {wanted} is not possible")]
+    State {
+        /// Id of the job.
+        job: String,
+        /// Its state.
+        state: String,
+        /// What was asked for.
+        wanted: &'static str,
+    },
+    /// The idempotency key was used before, for something else.
+    #[error("idempotency key {key:?} was used for another request, job {job}: use a new key")]
+    KeyReused {
+        /// The key.
+        key: String,
+        /// The job that was submitted with it.
+        job: String,
+    },
+    /// The task is held by someone else, or by no one: the result must be thrown away.
+    #[error("task {unit} of stage {stage} of job {job} is no longer held under fence {fence}")]
+    Lost {
+        /// Id of the job.
+        job: String,
+        /// Stage of the task.
+        stage: i64,
+        /// Unit of the task.
+        unit: String,
+        /// The fence it was claimed under.
+        fence: i64,
+    },
+    /// A task asked for tasks of a stage that is over or under way.
+    #[error("task {unit} of stage {stage} adds tasks to stage {added}, which is not later")]
+    StageOrder {
+        /// Unit of the task.
+        unit: String,
+        /// Stage of the task.
+        stage: i64,
+        /// Stage of what it adds.
+        added: i64,
+    },
+    /// What is stored is not what this version writes.
+    #[error("{what} in the database cannot be read: {value:?}")]
+    Stored {
+        /// Column.
+        what: &'static str,
+        /// Its content.
+        value: String,
+    },
+    /// The content of a blob is not what its name says.
+    #[error("blob {0} is damaged: its content has another hash")]
+    DamagedBlob(String),
+    /// A file that goes into or comes out of the object store.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The database.
+    #[error("database: {0}")]
+    Database(#[from] sqlx::Error),
+    /// The tables could not be brought up to date.
+    #[error("migrating the database: {0}")]
+    Migrate(#[from] sqlx::migrate::MigrateError),
+    /// The object store.
+    #[error("object store: {0}")]
+    Objects(#[from] object_store::Error),
+}
+
+impl JobStoreError {
+    /// Whether the same call may succeed later: the database or the object store was away.
+    #[must_use]
+    pub fn is_transient(&self) -> bool {
+        match self {
+            Self::Database(e) => match e {
+                sqlx::Error::Io(_)
+                | sqlx::Error::PoolTimedOut
+                | sqlx::Error::PoolClosed
+                | sqlx::Error::WorkerCrashed => true,
+                // Postgres: connection exceptions, serialisation and deadlock, shutdown; SQLite: busy and locked.
+                sqlx::Error::Database(e) => e.code().is_some_and(|c| {
+                    c.starts_with("08")
+                        || c.starts_with("40")
+                        || c.starts_with("57P")
+                        || matches!(&*c, "5" | "6" | "517")
+                }),
+                _ => false,
+            },
+            Self::Objects(e) => !matches!(e, object_store::Error::NotFound { .. }),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! Jobs: taking them in, finding them, and what an operator does to them.
+
+use crate::database::Tx;
+use crate::events::About;
+use crate::{EventKind, JobStoreError, NewTask, Store, TaskState};
+use serde::{Deserialize, Serialize};
+use sqlx::Row;
+use sqlx::any::AnyRow;
+
+/// State of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum JobState {
+    /// Taken in; nothing has begun.
+    Accepted,
+    /// Its tasks are being done.
+    Running,
+    /// No further task begins until it is resumed.
+    Paused,
+    /// All is done.
+    Successful,
+    /// All is done but for some units that failed.
+    Partial,
+    /// It could not go on.
+    Failed,
+    /// Stopped by a user.
+    Cancelled,
+}
+
+impl JobState {
+    const ALL: [(Self, &'static str); 7] = [
+        (Self::Accepted, "accepted"),
+        (Self::Running, "running"),
+        (Self::Paused, "paused"),
+        (Self::Successful, "successful"),
+        (Self::Partial, "partial"),
+        (Self::Failed, "failed"),
+        (Self::Cancelled, "cancelled"),
+    ];
+
+    /// The name under which it is stored and shown.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(state, _)| *state == self).map_or("", |(_, name)| name)
+    }
+
+    /// Whether nothing more will happen to it by itself.
+    #[must_use]
+    pub fn is_over(self) -> bool {
+        !matches!(self, Self::Accepted | Self::Running | Self::Paused)
+    }
+
+    fn parse(text: &str) -> Result<Self, JobStoreError> {
+        let found = Self::ALL.iter().find(|(_, name)| *name == text).map(|(state, _)| *state);
+        found.ok_or_else(|| JobStoreError::Stored { what: "state of a job", value: text.to_owned() })
+    }
+}
+
+/// What is submitted.
+#[derive(Clone, Debug)]
+pub struct NewJob {
+    /// The city that it makes or refreshes.
+    pub city: String,
+    /// Who submits it.
+    pub owner: String,
+    /// A key of the client's choice: the same key again gives the same job.
+    pub idempotency_key: Option<String>,
+    /// What is to be done, as JSON.
+    pub request: String,
+    /// Jobs of higher priority get workers first.
+    pub priority: i64,
+    /// The first tasks; these add the others.
+    pub tasks: Vec<NewTask>,
+}
+
+/// What became of a submission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Submitted {
+    /// Id of the job.
+    pub id: String,
+    /// False if the idempotency key was known: the job is the one of the first submission.
+    pub new: bool,
+}
+
+/// A job.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Job {
+    /// Id; ids of later jobs sort later.
+    pub id: String,
+    /// The city.
+    pub city: String,
+    /// Who submitted it.
+    pub owner: String,
+    /// What is to be done, as JSON.
+    pub request: String,
+    /// State.
+    pub state: JobState,
+    /// Why it failed.
+    pub reason: Option<String>,
+    /// Jobs of higher priority get workers first.
+    pub priority: i64,
+    /// The stage under way.
+    pub stage: i64,
+    /// Number of the last event.
+    pub events: i64,
+    /// Milliseconds since 1970.
+    pub created: i64,
+    /// Milliseconds since 1970.
+    pub started: Option<i64>,
+    /// Milliseconds since 1970.
+    pub finished: Option<i64>,
+}
+
+impl Job {
+    pub(crate) const COLUMNS: &'static str =
+        "id, city, owner, request, state, reason, priority, stage, events, created, started, finished";
+
+    fn read(row: &AnyRow) -> Result<Self, JobStoreError> {
+        Ok(Self {
+            id: row.try_get("id")?,
+            city: row.try_get("city")?,
+            owner: row.try_get("owner")?,
+            request: row.try_get("request")?,
+            state: JobState::parse(row.try_get("state")?)?,
+            reason: row.try_get("reason")?,
+            priority: row.try_get("priority")?,
+            stage: row.try_get("stage")?,
+            events: row.try_get("events")?,
+            created: row.try_get("created")?,
+            started: row.try_get("started")?,
+            finished: row.try_get("finished")?,
+        })
+    }
+}
+
+/// Which jobs to list.
+#[derive(Clone, Debug, Default)]
+pub struct JobFilter {
+    /// Only in this state.
+    pub state: Option<JobState>,
+    /// Only of this city.
+    pub city: Option<String>,
+    /// Only of this owner.
+    pub owner: Option<String>,
+    /// Only those created before the job with this id: the last id of a page gives the next page.
+    pub before: Option<String>,
+}
+
+impl Store {
+    /// Takes a job in, with its first tasks, in one transaction.
+    ///
+    /// # Errors
+    /// If the idempotency key was used for another request, or the database does not answer.
+    pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobStoreError> {
+        let id = uuid::Uuid::now_v7().to_string();
+        let stage = new.tasks.iter().map(|t| t.stage).min().unwrap_or(0);
+        let mut tx = self.begin().await?;
+        let statement = "INSERT INTO job (id, city, owner, idempotency_key, request, state, priority, stage, events, created) \
+                         VALUES ($1, $2, $3, $4, $5, 'accepted', $6, $7, 0, {now}) ON CONFLICT (owner, idempotency_key) DO NOTHING";
+        let inserted = sqlx::query(self.sql(statement))
+            .bind(&id)
+            .bind(&new.city)
+            .bind(&new.owner)
+            .bind(&new.idempotency_key)
+            .bind(&new.request)
+            .bind(new.priority)
+            .bind(stage)
+            .execute(&mut *tx)
+            .await?;
+        if !crate::database::one_row(&inserted) {
+            let row = sqlx::query("SELECT id, city, request FROM job WHERE owner = $1 AND idempotency_key = $2")
+                .bind(&new.owner)
+                .bind(&new.idempotency_key)
+                .fetch_one(&mut *tx)
+                .await?;
+            let earlier: String = row.try_get("id")?;
+            let (city, request): (String, String) = (row.try_get("city")?, row.try_get("request")?);
+            if city != new.city || request != new.request {
+                let key = new.idempotency_key.clone().unwrap_or_default();
+                return Err(JobStoreError::KeyReused { key, job: earlier });
+            }
+            return Ok(Submitted { id: earlier, new: false });
+        }
+        self.note(&mut tx, &id, EventKind::Submitted, About { message: Some(&new.owner), ..About::default() }).await?;
+        self.add_tasks(&mut tx, &id, &new.tasks).await?;
+        if new.tasks.is_empty() {
+            self.advance(&mut tx, &id).await?;
+        }
+        tx.commit().await?;
+        Ok(Submitted { id, new: true })
+    }
+
+    /// A job.
+    ///
+    /// # Errors
+    /// If there is no such job, or the database does not answer.
+    pub async fn job(&self, id: &str) -> Result<Job, JobStoreError> {
+        let row =
+            sqlx::query(self.sql("SELECT {job} FROM job WHERE id = $1")).bind(id).fetch_optional(&self.pool).await?;
+        row.as_ref().map_or_else(|| Err(JobStoreError::NoJob(id.to_owned())), Job::read)
+    }
+
+    /// Jobs, newest first, at most `limit`.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn jobs(&self, filter: &JobFilter, limit: i64) -> Result<Vec<Job>, JobStoreError> {
+        let statement = "SELECT {job} FROM job WHERE ($1 IS NULL OR state = $1) AND ($2 IS NULL OR city = $2) \
+                         AND ($3 IS NULL OR owner = $3) AND ($4 IS NULL OR id < $4) ORDER BY id DESC LIMIT $5";
+        let rows = sqlx::query(self.sql(statement))
+            .bind(filter.state.map(JobState::name))
+            .bind(&filter.city)
+            .bind(&filter.owner)
+            .bind(&filter.before)
+            .bind(limit)
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter().map(Job::read).collect()
+    }
+
+    /// Stops a job for good. Tasks under way are told at their next heartbeat, and their results refused.
+    ///
+    /// # Errors
+    /// If the job is over, or there is none.
+    pub async fn cancel(&self, id: &str) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        let job = self.locked(&mut tx, id).await?;
+        if job.state.is_over() {
+            return Err(not_possible(&job, "to cancel it"));
+        }
+        self.end(&mut tx, id, JobState::Cancelled, None).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Lets no further task begin.
+    ///
+    /// # Errors
+    /// If the job is neither accepted nor running.
+    pub async fn pause(&self, id: &str) -> Result<(), JobStoreError> {
+        self.change(id, &[JobState::Accepted, JobState::Running], JobState::Paused, "to pause it").await
+    }
+
+    /// Lets a paused job go on.
+    ///
+    /// # Errors
+    /// If the job is not paused.
+    pub async fn resume(&self, id: &str) -> Result<(), JobStoreError> {
+        self.change(id, &[JobState::Paused], JobState::Running, "to resume it").await
+    }
+
+    /// Sets the priority of a job that is not over.
+    ///
+    /// # Errors
+    /// If the job is over, or there is none.
+    pub async fn set_priority(&self, id: &str, priority: i64) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        let job = self.locked(&mut tx, id).await?;
+        if job.state.is_over() {
+            return Err(not_possible(&job, "another priority"));
+        }
+        let message = priority.to_string();
+        self.note(&mut tx, id, EventKind::Priority, About { message: Some(&message), ..About::default() }).await?;
+        sqlx::query("UPDATE job SET priority = $2 WHERE id = $1").bind(id).bind(priority).execute(&mut *tx).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Does the failed tasks of a job that is over again, and all of the stages after the first of them, whose results
+    /// depend on them.
+    ///
+    /// # Errors
+    /// If the job is not over or was cancelled, or nothing failed.
+    pub async fn retry_failed(&self, id: &str) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        let job = self.locked(&mut tx, id).await?;
+        let first: Option<i64> =
+            sqlx::query("SELECT MIN(stage) AS stage FROM task WHERE job = $1 AND state = 'failed'")
+                .bind(id)
+                .fetch_one(&mut *tx)
+                .await?
+                .try_get("stage")?;
+        let (JobState::Partial | JobState::Failed, Some(stage)) = (job.state, first) else {
+            return Err(not_possible(&job, "to retry what failed"));
+        };
+        sqlx::query(
+            "UPDATE task SET state = 'ready', attempts = 0, not_before = 0, reason = NULL, phase = NULL, worker = NULL, \
+             lease_until = NULL, started = NULL, finished = NULL \
+             WHERE job = $1 AND (state IN ('failed', 'cancelled') OR stage > $2)",
+        )
+        .bind(id)
+        .bind(stage)
+        .execute(&mut *tx)
+        .await?;
+        sqlx::query("UPDATE job SET state = 'running', reason = NULL, finished = NULL, stage = $2 WHERE id = $1")
+            .bind(id)
+            .bind(stage)
+            .execute(&mut *tx)
+            .await?;
+        let message = Some(JobState::Running.name());
+        self.note(&mut tx, id, EventKind::State, About { stage: Some(stage), message, unit: None }).await?;
+        Ok(tx.commit().await?)
+    }
+
+    async fn change(
+        &self,
+        id: &str,
+        from: &[JobState],
+        to: JobState,
+        wanted: &'static str,
+    ) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        let job = self.locked(&mut tx, id).await?;
+        if !from.contains(&job.state) {
+            return Err(not_possible(&job, wanted));
+        }
+        sqlx::query("UPDATE job SET state = $2 WHERE id = $1").bind(id).bind(to.name()).execute(&mut *tx).await?;
+        self.note(&mut tx, id, EventKind::State, About { message: Some(to.name()), ..About::default() }).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// The job, locked against other changes until the transaction ends.
+    pub(crate) async fn locked(&self, tx: &mut Tx, id: &str) -> Result<Job, JobStoreError> {
+        self.lock(tx, id).await?;
+        Job::read(&sqlx::query(self.sql("SELECT {job} FROM job WHERE id = $1")).bind(id).fetch_one(&mut **tx).await?)
+    }
+
+    /// Ends a job; what of its tasks was not finished is cancelled, and loses its fence.
+    pub(crate) async fn end(
+        &self,
+        tx: &mut Tx,
+        id: &str,
+        state: JobState,
+        reason: Option<&str>,
+    ) -> Result<(), JobStoreError> {
+        let statement = "UPDATE task SET state = $2, fence = fence + 1, lease_until = NULL, finished = {now} \
+                         WHERE job = $1 AND state IN ('ready', 'running')";
+        sqlx::query(self.sql(statement)).bind(id).bind(TaskState::Cancelled.name()).execute(&mut **tx).await?;
+        let statement = "UPDATE job SET state = $2, reason = $3, finished = {now} WHERE id = $1";
+        sqlx::query(self.sql(statement)).bind(id).bind(state.name()).bind(reason).execute(&mut **tx).await?;
+        self.note(tx, id, EventKind::State, About { message: Some(state.name()), ..About::default() }).await
+    }
+}
+
+fn not_possible(job: &Job, wanted: &'static str) -> JobStoreError {
+    JobStoreError::State { job: job.id.clone(), state: job.state.name().to_owned(), wanted }
+}

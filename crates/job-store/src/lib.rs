@@ -1,0 +1,22 @@
+#![doc = include_str!("../README.md")]
+
+mod artifacts;
+mod blobs;
+mod claims;
+mod database;
+mod error;
+mod events;
+mod jobs;
+mod stages;
+mod tasks;
+mod workers;
+
+pub use artifacts::Artifact;
+pub use blobs::{BlobId, Blobs};
+pub use claims::{Claim, Finished, Order, Retry};
+pub use database::Store;
+pub use error::JobStoreError;
+pub use events::{Event, EventKind};
+pub use jobs::{Job, JobFilter, JobState, NewJob, Submitted};
+pub use tasks::{NewTask, Task, TaskCounts, TaskState};
+pub use workers::Worker;

@@ -1,0 +1,155 @@
+//! Tasks: one unit of one stage each.
+
+use crate::database::Tx;
+use crate::{JobStoreError, Store};
+use serde::{Deserialize, Serialize};
+use sqlx::Row;
+use sqlx::any::AnyRow;
+use std::collections::BTreeMap;
+
+/// State of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TaskState {
+    /// Waits for its stage, or for a worker.
+    Ready,
+    /// A worker holds it.
+    Running,
+    /// Done.
+    Done,
+    /// Done earlier on the same input: its result was taken over.
+    Reused,
+    /// Failed for good.
+    Failed,
+    /// Its job ended before it was done.
+    Cancelled,
+}
+
+impl TaskState {
+    const ALL: [(Self, &'static str); 6] = [
+        (Self::Ready, "ready"),
+        (Self::Running, "running"),
+        (Self::Done, "done"),
+        (Self::Reused, "reused"),
+        (Self::Failed, "failed"),
+        (Self::Cancelled, "cancelled"),
+    ];
+
+    /// The name under which it is stored and shown.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(state, _)| *state == self).map_or("", |(_, name)| name)
+    }
+
+    pub(crate) fn parse(text: &str) -> Result<Self, JobStoreError> {
+        let found = Self::ALL.iter().find(|(_, name)| *name == text).map(|(state, _)| *state);
+        found.ok_or_else(|| JobStoreError::Stored { what: "state of a task", value: text.to_owned() })
+    }
+}
+
+/// A task to be added to a job.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewTask {
+    /// Tasks of a stage begin when no task of an earlier one is left.
+    pub stage: i64,
+    /// Name of the unit, unique in its stage, such as the block `3_7`.
+    pub unit: String,
+    /// What the worker needs to know, as JSON.
+    pub input: String,
+    /// Whether the job fails if it fails.
+    pub required: bool,
+    /// How often it is tried.
+    pub max_attempts: i64,
+}
+
+/// A task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Task {
+    /// Stage.
+    pub stage: i64,
+    /// Name of the unit.
+    pub unit: String,
+    /// State.
+    pub state: TaskState,
+    /// How often it was claimed.
+    pub attempts: i64,
+    /// Who holds it, or held it last.
+    pub worker: Option<String>,
+    /// What its worker said last about how far it is.
+    pub phase: Option<String>,
+    /// Why the last attempt failed.
+    pub reason: Option<String>,
+    /// When the last attempt began, milliseconds since 1970.
+    pub started: Option<i64>,
+    /// When it ended, milliseconds since 1970.
+    pub finished: Option<i64>,
+}
+
+impl Task {
+    fn read(row: &AnyRow) -> Result<Self, JobStoreError> {
+        Ok(Self {
+            stage: row.try_get("stage")?,
+            unit: row.try_get("unit")?,
+            state: TaskState::parse(row.try_get("state")?)?,
+            attempts: row.try_get("attempts")?,
+            worker: row.try_get("worker")?,
+            phase: row.try_get("phase")?,
+            reason: row.try_get("reason")?,
+            started: row.try_get("started")?,
+            finished: row.try_get("finished")?,
+        })
+    }
+}
+
+/// How many tasks a job has, by stage and state.
+pub type TaskCounts = BTreeMap<(i64, TaskState), i64>;
+
+impl Store {
+    /// The tasks of a job, by stage and unit.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn tasks(&self, job: &str) -> Result<Vec<Task>, JobStoreError> {
+        let rows = sqlx::query(
+            "SELECT stage, unit, state, attempts, worker, phase, reason, started, finished FROM task WHERE job = $1 \
+             ORDER BY stage, unit",
+        )
+        .bind(job)
+        .fetch_all(&self.pool)
+        .await?;
+        rows.iter().map(Task::read).collect()
+    }
+
+    /// How many tasks of a job are in which state.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn task_counts(&self, job: &str) -> Result<TaskCounts, JobStoreError> {
+        let rows = sqlx::query("SELECT stage, state, COUNT(*) AS tasks FROM task WHERE job = $1 GROUP BY stage, state")
+            .bind(job)
+            .fetch_all(&self.pool)
+            .await?;
+        rows.iter()
+            .map(|row| Ok(((row.try_get("stage")?, TaskState::parse(row.try_get("state")?)?), row.try_get("tasks")?)))
+            .collect()
+    }
+
+    /// Adds tasks to a job that is locked. A task that is there already stays as it is.
+    pub(crate) async fn add_tasks(&self, tx: &mut Tx, job: &str, tasks: &[NewTask]) -> Result<(), JobStoreError> {
+        for task in tasks {
+            sqlx::query(
+                "INSERT INTO task (job, stage, unit, input, required, state, attempts, max_attempts, fence, not_before) \
+                 VALUES ($1, $2, $3, $4, $5, 'ready', 0, $6, 0, 0) ON CONFLICT (job, stage, unit) DO NOTHING",
+            )
+            .bind(job)
+            .bind(task.stage)
+            .bind(&task.unit)
+            .bind(&task.input)
+            .bind(i64::from(task.required))
+            .bind(task.max_attempts)
+            .execute(&mut **tx)
+            .await?;
+        }
+        Ok(())
+    }
+}

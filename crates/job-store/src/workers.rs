@@ -1,0 +1,74 @@
+//! The workers that have been seen.
+
+use crate::{JobStoreError, Store};
+use serde::Serialize;
+use sqlx::Row;
+
+/// A worker.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Worker {
+    /// Id, unique among all workers that ever were.
+    pub id: String,
+    /// Name of its machine.
+    pub host: String,
+    /// Its process.
+    pub pid: i64,
+    /// Its version.
+    pub version: String,
+    /// When it was first seen, milliseconds since 1970; the database's clock.
+    pub started: i64,
+    /// When it was last seen, milliseconds since 1970.
+    pub seen: i64,
+    /// What it does.
+    pub task: Option<String>,
+    /// Memory in use, bytes.
+    pub memory: i64,
+}
+
+impl Store {
+    /// Notes that a worker is alive; `started` and `seen` are set by the database's clock.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn see_worker(&self, worker: &Worker) -> Result<(), JobStoreError> {
+        let statement = "INSERT INTO worker (id, host, pid, version, started, seen, task, memory) \
+                         VALUES ($1, $2, $3, $4, {now}, {now}, $5, $6) ON CONFLICT (id) \
+                         DO UPDATE SET seen = excluded.seen, task = excluded.task, memory = excluded.memory";
+        sqlx::query(self.sql(statement))
+            .bind(&worker.id)
+            .bind(&worker.host)
+            .bind(worker.pid)
+            .bind(&worker.version)
+            .bind(&worker.task)
+            .bind(worker.memory)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// The workers, those seen last first.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn workers(&self) -> Result<Vec<Worker>, JobStoreError> {
+        let rows = sqlx::query(
+            "SELECT id, host, pid, version, started, seen, task, memory FROM worker ORDER BY seen DESC, id",
+        )
+        .fetch_all(&self.pool)
+        .await?;
+        rows.iter()
+            .map(|row| {
+                Ok(Worker {
+                    id: row.try_get("id")?,
+                    host: row.try_get("host")?,
+                    pid: row.try_get("pid")?,
+                    version: row.try_get("version")?,
+                    started: row.try_get("started")?,
+                    seen: row.try_get("seen")?,
+                    task: row.try_get("task")?,
+                    memory: row.try_get("memory")?,
+                })
+            })
+            .collect()
+    }
+}
