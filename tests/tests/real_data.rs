@@ -18,4 +18,10 @@ fn a_block_of_real_multi_view_stereo() {
     let city = read_city(&folder.path().join("city.city.jsonl"), None);
     let area: f64 = city.buildings.iter().filter_map(|b| b.lods.footprint.as_ref()).map(|s| s.footprint_area()).sum();
     assert!(area > 1000.0, "{area} m² are built over");
+
+    let figures = run_gable(&["eval", "--result", out, "--mesh", mesh.to_str().unwrap(), "--json"]).success().json();
+    let roofs = &figures["lod2_roofs_to_mesh"];
+    assert!(roofs["count"].as_u64().unwrap() > 2000, "{roofs}");
+    assert!(roofs["rms"].as_f64().unwrap() <= 0.40, "{roofs}");
+    assert_eq!(figures["validity"]["lod2"], 1.0, "{}", figures["validity"]);
 }

@@ -68,15 +68,20 @@ fn against(part: Size, whole: [f64; 3]) -> PerBuilding {
     }
 }
 
+/// All of a model, and its means.
+pub(crate) fn whole(city: &City<'_>) -> (Size, PerBuilding) {
+    let all = size(city, &(0..city.objects.len()).collect::<Vec<_>>());
+    (all, against(all, [all.buildings as f64; 3]))
+}
+
 pub(crate) fn complexity(truth: &City<'_>, result: &City<'_>, matches: &[BlockMatch]) -> Complexity {
-    let all = |city: &City<'_>| size(city, &(0..city.objects.len()).collect::<Vec<_>>());
     let both = || matches.iter().filter(|m| !m.partners.is_empty());
     let ours = size(truth, both().flat_map(|m| &truth.blocks[m.block].members));
     let partners: BTreeSet<usize> = both().flat_map(|m| m.partners.iter().copied()).collect();
-    let (t, r) = (all(truth), all(result));
+    let ((t, truth_per_building), (r, result_per_building)) = (whole(truth), whole(result));
     Complexity {
-        truth_per_building: against(t, [t.buildings as f64; 3]),
-        result_per_building: against(r, [r.buildings as f64; 3]),
+        truth_per_building,
+        result_per_building,
         against_truth: against(
             size(result, &partners),
             [ours.polygons as f64, ours.triangles as f64, ours.vertices as f64],

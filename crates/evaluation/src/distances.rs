@@ -31,6 +31,8 @@ pub struct Distances {
     pub model_to_truth: Spread,
     /// From the model to the mesh that it was made from.
     pub model_to_mesh: Option<Spread>,
+    /// From the roof surfaces of the model's LOD2 alone, to the mesh.
+    pub lod2_roofs_to_mesh: Option<Spread>,
     /// From the truth to the mesh: what the model cannot know better.
     pub truth_to_mesh: Option<Spread>,
     /// From points of the mesh that face up and lie within 1 m of the truth's roofs, to the model's roofs.
@@ -38,7 +40,7 @@ pub struct Distances {
 }
 
 /// The mesh near buildings.
-pub(crate) fn mesh_near(mesh: impl Iterator<Item = [DVec3; 3]>, cities: [&City<'_>; 2]) -> Vec<[DVec3; 3]> {
+pub(crate) fn mesh_near(mesh: impl Iterator<Item = [DVec3; 3]>, cities: &[&City<'_>]) -> Vec<[DVec3; 3]> {
     let mask = Mask::new(cities);
     mesh.filter(|t| t.iter().all(|p| p.is_finite()) && mask.touches(t)).collect()
 }
@@ -53,7 +55,7 @@ struct Mask {
 impl Mask {
     const CELL: f64 = 4.0;
 
-    fn new(cities: [&City<'_>; 2]) -> Self {
+    fn new(cities: &[&City<'_>]) -> Self {
         let plans: Vec<Box2> = cities.iter().flat_map(|c| &c.objects).map(|o| o.plan().grown(REACH)).collect();
         let bounds = Box2::of(plans.iter().filter(|b| !b.is_empty()).flat_map(|b| [b.min, b.max]));
         if bounds.is_empty() {
@@ -106,6 +108,25 @@ fn outside(city: &City<'_>, density: f64, seed: u64) -> Vec<Vec<Sample>> {
     city.objects.par_iter().enumerate().map(one).collect()
 }
 
+/// Points on the roof surfaces of each building that has a LOD2.
+fn on_lod2_roofs(city: &City<'_>, density: f64, seed: u64) -> Vec<Vec<Sample>> {
+    let one = |(i, object): (usize, &crate::city::Object<'_>)| {
+        let mut out = Vec::new();
+        if !object.building.lods.lod2.is_empty() {
+            let roofs = object.facets.iter().enumerate().filter(|(_, f)| f.semantic == Semantic::RoofSurface);
+            roofs.for_each(|(k, facet)| sample(facet.corners, density, seed, &[i as i64, k as i64], &mut out));
+        }
+        out
+    };
+    city.objects.par_iter().enumerate().map(one).collect()
+}
+
+/// From a model's outside, and from its LOD2 roofs alone, to the mesh.
+pub(crate) fn to_mesh(model: &City<'_>, mesh: Vec<[DVec3; 3]>, density: f64, seed: u64) -> [Spread; 2] {
+    let mesh = Triangles::new(mesh);
+    [outside(model, density, seed), on_lod2_roofs(model, density, seed)].map(|s| spread(&measure(&s, &mesh)))
+}
+
 fn triangles(city: &City<'_>, keep: impl Fn(Semantic) -> bool) -> Triangles {
     let facets = city.objects.iter().flat_map(|o| &o.facets);
     Triangles::new(facets.filter(|f| keep(f.semantic)).map(|f| f.corners).collect())
@@ -153,6 +174,7 @@ pub(crate) fn distances(
         out.roof_points_to_roofs = Some(spread(&measure(&roof_points, &model_roofs)));
         let mesh = Triangles::new(mesh);
         out.model_to_mesh = Some(spread(&measure(&theirs, &mesh)));
+        out.lod2_roofs_to_mesh = Some(spread(&measure(&on_lod2_roofs(result, density, seed), &mesh)));
         out.truth_to_mesh = Some(spread(&measure(&ours, &mesh)));
     }
     out

@@ -121,7 +121,7 @@ pub fn evaluate(inputs: Inputs<'_>, options: &Options) -> Result<Evaluation, Err
         let lost = city.objects.iter().zip(shares).filter(|(o, s)| o.area >= 10.0 && **s < COVERED);
         lost.map(|(o, _)| o.building.id.clone()).collect()
     };
-    let mesh = mesh.map(|m| mesh_near(m, [t, r]));
+    let mesh = mesh.map(|m| mesh_near(m, &[t, r]));
     Ok(Evaluation {
         objects: AREA_CLASSES.map(|from| detection(t, r, coverage, from)).to_vec(),
         missed: uncovered(t, &coverage.truth),

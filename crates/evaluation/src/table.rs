@@ -1,6 +1,6 @@
 //! The figures as a table, for the terminal and for the report.
 
-use crate::{Evaluation, LabelFigures, Spread};
+use crate::{Coherence, Evaluation, Inspection, LabelFigures, Regularity, Spread, Validity};
 use std::fmt::Write;
 
 /// Figures that belong together: a heading, names of columns and rows.
@@ -40,14 +40,17 @@ fn figure(v: f64) -> String {
 
 const SPREAD: [&str; 5] = ["mean", "RMS", "95 %", "max", "samples"];
 
+const LOD2_ROOFS: &str = "LOD2 roof surfaces → mesh";
+
 fn spread(s: &Spread) -> Vec<String> {
     vec![metres(s.mean), metres(s.rms), metres(s.p95), metres(s.max), s.count.to_string()]
 }
 
 pub(crate) fn sections(e: &Evaluation) -> Vec<Section> {
-    let mut out = vec![objects(e), footprints(e), roofs(e), planes(e), spreads(e), complexity(e), validity(e)];
-    out.push(regularity(e));
-    out.push(coherence(e));
+    let mut out = vec![objects(e), footprints(e), roofs(e), planes(e), spreads(e), complexity(e)];
+    out.push(validity([&e.validity, &e.validity_strict]));
+    out.push(regularity(&[("truth", &e.regularity_truth), ("result", &e.regularity)]));
+    out.push(coherence(&e.coherence));
     if let Some(l) = &e.labels {
         out.push(labels("Labels", &l.all));
         out.push(labels("Labels within 1 m of a border", &l.border));
@@ -61,6 +64,31 @@ pub(crate) fn sections(e: &Evaluation) -> Vec<Section> {
         s.row("the same id", [a.same_id.to_string()]);
         out.push(s);
     }
+    out
+}
+
+/// What can be said of a model without truth.
+pub(crate) fn inspection(i: &Inspection) -> Vec<Section> {
+    let mut size = Section::new("Complexity", &["in all", "each building"]);
+    size.row("buildings", [i.size.buildings.to_string()]);
+    for (name, all, mean) in [
+        ("polygons", i.size.polygons, i.per_building.polygons),
+        ("triangles", i.size.triangles, i.per_building.triangles),
+        ("vertices", i.size.vertices, i.per_building.vertices),
+    ] {
+        size.row(name, [all.to_string(), format!("{mean:.1}")]);
+    }
+    let mut out = Vec::new();
+    if let (Some(model), Some(roofs)) = (&i.model_to_mesh, &i.lod2_roofs_to_mesh) {
+        let mut s = Section::new("Distances", &SPREAD);
+        s.row("model → mesh", spread(model));
+        s.row(LOD2_ROOFS, spread(roofs));
+        out.push(s);
+    }
+    out.push(size);
+    out.push(validity([&i.validity, &i.validity_strict]));
+    out.push(regularity(&[("result", &i.regularity)]));
+    out.push(coherence(&i.coherence));
     out
 }
 
@@ -143,6 +171,7 @@ fn spreads(e: &Evaluation) -> Section {
     s.row("model → truth", spread(&d.model_to_truth));
     let optional = [
         ("model → mesh", &d.model_to_mesh),
+        (LOD2_ROOFS, &d.lod2_roofs_to_mesh),
         ("truth → mesh", &d.truth_to_mesh),
         ("roof points → roofs", &d.roof_points_to_roofs),
     ];
@@ -178,9 +207,9 @@ fn complexity(e: &Evaluation) -> Section {
     s
 }
 
-fn validity(e: &Evaluation) -> Section {
+fn validity([default, strict]: [&Validity; 2]) -> Section {
     let mut s = Section::new("Validity of the result", &["LOD0", "LOD1", "LOD2", "no LOD2", "codes (buildings)"]);
-    for (name, v) in [("default tolerances", &e.validity), ("strict tolerances", &e.validity_strict)] {
+    for (name, v) in [("default tolerances", default), ("strict tolerances", strict)] {
         let codes: Vec<String> = v.codes.iter().map(|(code, count)| format!("{code} ({count})")).collect();
         let codes = if codes.is_empty() { "none".to_owned() } else { codes.join(", ") };
         s.row(name, [percent(v.lod0), percent(v.lod1), percent(v.lod2), v.without_lod2.to_string(), codes]);
@@ -188,19 +217,18 @@ fn validity(e: &Evaluation) -> Section {
     s
 }
 
-fn regularity(e: &Evaluation) -> Section {
-    let mut s = Section::new("Regularity", &["truth", "result"]);
-    let (t, r) = (&e.regularity_truth, &e.regularity);
-    s.row("wall length along the axes (1°)", [t, r].map(|v| percent(v.aligned_walls)));
-    s.row("distinct normals of a building", [t, r].map(|v| format!("{:.1}", v.distinct_normals)));
-    s.row("almost coplanar faces that are exactly so", [t, r].map(|v| percent(v.exactly_coplanar)));
-    s.row("edges under 0.3 m", [t, r].map(|v| percent(v.short_edges)));
-    s.row("faces under 0.5 m²", [t, r].map(|v| percent(v.small_faces)));
+fn regularity(models: &[(&str, &Regularity)]) -> Section {
+    let mut s = Section::new("Regularity", &models.iter().map(|m| m.0).collect::<Vec<_>>());
+    let mut row = |name: &str, cell: fn(&Regularity) -> String| s.row(name, models.iter().map(|m| cell(m.1)));
+    row("wall length along the axes (1°)", |v| percent(v.aligned_walls));
+    row("distinct normals of a building", |v| format!("{:.1}", v.distinct_normals));
+    row("almost coplanar faces that are exactly so", |v| percent(v.exactly_coplanar));
+    row("edges under 0.3 m", |v| percent(v.short_edges));
+    row("faces under 0.5 m²", |v| percent(v.small_faces));
     s
 }
 
-fn coherence(e: &Evaluation) -> Section {
-    let c = &e.coherence;
+fn coherence(c: &Coherence) -> Section {
     let mut s = Section::new("Coherence of the result's LODs", &[]);
     s.row("buildings with LOD0, 1 and 2", [c.complete.to_string()]);
     s.row("LOD1 on the LOD0 footprint", [percent(c.lod1_on_lod0)]);

@@ -5,7 +5,9 @@ mod made;
 use proptest::prelude::*;
 
 use gable_city_model::{CityModel, Shell, triangulate};
-use gable_evaluation::{Detection, Evaluation, Inputs, LabelRasters, Options, agreement, evaluate, html_report};
+use gable_evaluation::{
+    Detection, Evaluation, Inputs, LabelRasters, Options, agreement, evaluate, html_report, inspect,
+};
 use gable_geometry::{DVec3, dvec3};
 use made::{building, city, gable, ground, house, moved, prism, rectangle};
 
@@ -241,6 +243,41 @@ fn distances_to_the_mesh() {
     near(model.mean, (strip + 0.3 * 9.4 * 9.4) / 340.0, 0.002);
     assert_eq!(model, e.distances.truth_to_mesh.unwrap());
     assert_eq!(evaluate(inputs(), &DENSE).unwrap(), e, "the same samples every time");
+}
+
+#[test]
+fn distances_from_lod2_roofs_to_the_mesh() {
+    // One flat roof at 6 m; the mesh over it is a plane that rises from 6 m at x = 0 to 7 m at x = 10 and goes on far beyond:
+    // points are x / 10 · cos(atan 0.1) off it. A second building has no LOD2, a third nothing over it.
+    let mut only_lod1 = house("only LOD1", 20., 0., 10., 10., 6.);
+    only_lod1.lods.lod2.clear();
+    let mesh = vec![
+        [dvec3(-50., -50., 1.), dvec3(50., -50., 11.), dvec3(50., 50., 11.)],
+        [dvec3(-50., -50., 1.), dvec3(50., 50., 11.), dvec3(-50., 50., 1.)],
+    ];
+    let lean = 1.0 / 1.01_f64.sqrt();
+    let one = city(vec![house("a", 0., 0., 10., 10., 6.), only_lod1.clone()]);
+    let i = inspect(&one, Some(Box::new(mesh.clone().into_iter())), &DENSE).unwrap();
+    let roofs = i.lod2_roofs_to_mesh.unwrap();
+    near(roofs.count as f64, 10_000.0, 3.0);
+    near(roofs.mean, 0.5 * lean, 0.01);
+    near(roofs.rms, lean / 3.0_f64.sqrt(), 0.01);
+    near(roofs.p95, 0.95 * lean, 0.01);
+    near(roofs.max, lean, 0.01);
+    // With the walls, and the block model of the other building: more points, and farther.
+    let model = i.model_to_mesh.unwrap();
+    assert!(model.count > 60_000 && model.mean > 1.5, "{model:?}");
+    assert_eq!((i.size.buildings, i.validity.without_lod2), (2, 1));
+
+    // The same figures with the truth beside; far from the mesh distances count 10 m.
+    let truth = city(vec![house("a", 0., 0., 10., 10., 6.)]);
+    let inputs = Inputs { mesh: Some(Box::new(mesh.into_iter())), ..Inputs::new(&truth, &one) };
+    assert_eq!(evaluate(inputs, &DENSE).unwrap().distances.lod2_roofs_to_mesh, Some(roofs));
+    let far = vec![[dvec3(-5., 0., 500.), dvec3(5., 0., 500.), dvec3(0., 9., 500.)]];
+    let i = inspect(&truth, Some(Box::new(far.into_iter())), &DENSE).unwrap();
+    assert_eq!(i.lod2_roofs_to_mesh.map(|s| (s.mean, s.max)), Some((10.0, 10.0)));
+    assert_eq!(inspect(&truth, None, &DENSE).unwrap().lod2_roofs_to_mesh, None);
+    assert!(inspect(&truth, None, &DENSE).unwrap().table().contains("default tolerances"));
 }
 
 #[test]

@@ -180,18 +180,20 @@ Examples:
   gable eval --truth city/truth --result result
   gable eval --truth delft.city.jsonl --result result --mesh delft/mesh --json > figures.json
   gable eval --truth city/truth --result result --again result-16x16
+  gable eval --result result --mesh scan.off
 
 A truth or a result is a CityJSON or CityJSONSeq file, or a folder that gable synth or gable run has made.
 Completeness, correctness, footprint IoU, roof errors, distances, complexity, validity, regularity; and the
-labels, where both are folders with labels (gable run --set output.labels=true).";
+labels, where both are folders with labels (gable run --set output.labels=true). Without --truth: complexity,
+validity, regularity, and distances to the mesh.";
 
 /// Arguments of `gable eval`.
 #[derive(Debug, Args)]
 #[command(after_help = EVAL_HELP)]
 pub(crate) struct EvalArgs {
-    /// The truth: a file, or the folder truth of gable synth
+    /// The truth: a file, or the folder truth of gable synth; without it, what can be said of the result alone
     #[arg(long, value_name = "PATH")]
-    pub(crate) truth: PathBuf,
+    pub(crate) truth: Option<PathBuf>,
     /// The result to judge: a file, or the folder of gable run
     #[arg(long, value_name = "PATH")]
     pub(crate) result: PathBuf,
@@ -199,10 +201,10 @@ pub(crate) struct EvalArgs {
     #[arg(long, value_name = "PATH")]
     pub(crate) mesh: Option<PathBuf>,
     /// Another result of the same city, to be compared building by building
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", requires = "truth")]
     pub(crate) again: Option<PathBuf>,
     /// Where the report with pictures goes; by default evaluation.html in the folder of the result
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "truth")]
     pub(crate) report: Option<PathBuf>,
     /// Print the figures as JSON on standard output
     #[arg(long)]

@@ -6,7 +6,7 @@ use crate::label_map::{self, CLASSES};
 use crate::terminal;
 use anyhow::Context as _;
 use gable_city_model::{CityModel, ReadOptions, read_cityjson};
-use gable_evaluation::{Evaluation, Inputs, LabelRasters, Options, evaluate, html_report};
+use gable_evaluation::{Evaluation, Inputs, LabelRasters, Options, evaluate, html_report, inspect};
 use gable_geometry::DVec3;
 use gable_scene::{OpenOptions, Scene, SceneError, Triangle};
 use std::path::{Path, PathBuf};
@@ -14,8 +14,9 @@ use std::sync::mpsc::sync_channel;
 
 /// Measures a result.
 pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Outcome> {
+    let Some(truth) = &args.truth else { return alone(args) };
     let (evaluation, report) =
-        measure(&args.truth, &args.result, args.mesh.as_deref(), args.again.as_deref(), args.report.as_deref())?;
+        measure(truth, &args.result, args.mesh.as_deref(), args.again.as_deref(), args.report.as_deref())?;
     if args.json {
         terminal::json(&evaluation);
     } else {
@@ -23,6 +24,24 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Outcome> {
         if let Some(report) = report {
             terminal::stdout(&format!("report: {}", report.display()));
         }
+    }
+    Ok(Outcome::Success)
+}
+
+/// Measures a result for which there is no truth.
+fn alone(args: &EvalArgs) -> anyhow::Result<Outcome> {
+    let (result, options) = (read(&args.result)?, Options::default());
+    let inspection = match &args.mesh {
+        Some(mesh) => {
+            let origin = DVec3::from_array(result.origin);
+            with_triangles(mesh, origin, |triangles| inspect(&result, Some(triangles), &options))??
+        }
+        None => inspect(&result, None, &options)?,
+    };
+    if args.json {
+        terminal::json(&inspection);
+    } else {
+        terminal::stdout(&inspection.table());
     }
     Ok(Outcome::Success)
 }
@@ -51,7 +70,10 @@ pub(crate) fn measure(
     let options = Options::default();
     let inputs = Inputs { again: again.as_ref(), labels: rasters, ..Inputs::new(&truth, &result) };
     let evaluation = match mesh {
-        Some(mesh) => with_mesh(inputs, mesh, &options)?,
+        Some(mesh) => {
+            let origin = DVec3::from_array(truth.origin);
+            with_triangles(mesh, origin, |triangles| evaluate(Inputs { mesh: Some(triangles), ..inputs }, &options))??
+        }
         None => evaluate(inputs, &options)?,
     };
     if let Some(path) = &report {
@@ -61,10 +83,14 @@ pub(crate) fn measure(
     Ok((evaluation, report))
 }
 
-/// The evaluation with the mesh, which is read on another thread while it is measured, a piece at a time.
-fn with_mesh(inputs: Inputs<'_>, mesh: &Path, options: &Options) -> anyhow::Result<Evaluation> {
+/// What `measure` makes of the triangles of a mesh, relative to an origin. The mesh is read on another thread meanwhile, a piece at
+/// a time.
+fn with_triangles<T>(
+    mesh: &Path,
+    origin: DVec3,
+    measure: impl FnOnce(Box<dyn Iterator<Item = [DVec3; 3]>>) -> T,
+) -> anyhow::Result<T> {
     let scene = Scene::open(super::mesh_folder(mesh), &OpenOptions::default())?;
-    let origin = DVec3::from_array(inputs.truth.origin);
     let (sender, receiver) = sync_channel::<Vec<[DVec3; 3]>>(4);
     std::thread::scope(|scope| {
         let reader = scope.spawn(move || {
@@ -74,10 +100,9 @@ fn with_mesh(inputs: Inputs<'_>, mesh: &Path, options: &Options) -> anyhow::Resu
                 Ok(())
             })
         });
-        let triangles = Box::new(receiver.into_iter().flatten());
-        let evaluation = evaluate(Inputs { mesh: Some(triangles), ..inputs }, options);
+        let measured = measure(Box::new(receiver.into_iter().flatten()));
         reader.join().map_err(|_| anyhow::anyhow!("{}: reading the mesh failed", mesh.display()))??;
-        Ok(evaluation?)
+        Ok(measured)
     })
 }
 
