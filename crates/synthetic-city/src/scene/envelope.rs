@@ -250,10 +250,22 @@ mod tests {
         })
     }
 
+    /// Three planes meet at each end of a hip's ridge. A corner that is there twice has a side of no length, along which an
+    /// overlapping flat roof was once cut in two.
+    #[test]
+    fn cells_of_a_hip_have_no_corner_twice() {
+        for turn in 0..2000 {
+            let axis = DVec2::from_angle(0.001 * f64::from(turn));
+            let plan = Oblong { centre: dvec2(6.5, -7.3), axis, half_length: 4.8, half_width: 2.6 };
+            let hip = Primitive::hip(&plan, 4.0, 1.07, 4.0, 1.07);
+            let corners: Vec<usize> = (0..4).map(|k| hip.cell(k).len()).collect();
+            assert_eq!(corners, [4, 3, 4, 3], "at turn {turn}");
+        }
+    }
+
     proptest! {
         /// The subdivision against the highest primitive at points of a grid.
         #[test]
-        #[ignore = "known fault: about one in a few hundred sets of wings has a face on a plane that is not the highest"]
         fn faces_carry_the_highest_plane(wings in prop::collection::vec(wing(), 1..4)) {
             let envelope = upper_envelope(&wings);
             let rings = |f: &EnvelopeFace| -> Vec<Vec<DVec2>> {
@@ -276,19 +288,21 @@ mod tests {
                     }
                 }
             }
-            // Its solid, where there is one, holds the volume under the envelope.
+            // Its solid, where there is one, holds the volume under the envelope, but for corners whose heights differ by
+            // less than 0.1 mm and are one vertex.
             if let Some(shell) = solid(&envelope, 0.0) {
                 prop_assert!(is_manifold(&shell));
-                let under: f64 = faces.iter().map(|(rings, plane)| {
-                    rings.iter().map(|r| {
-                        // Exact over fans of triangles: area times the height at the centroid.
-                        (1..r.len() - 1).map(|k| {
-                            let t = [r[0], r[k], r[k + 1]];
-                            ring_area(&t) * plane.height((t[0] + t[1] + t[2]) / 3.0)
-                        }).sum::<f64>()
-                    }).sum::<f64>()
-                }).sum();
-                prop_assert!((shell_volume(&shell) / under - 1.0).abs() < 1e-6);
+                let (mut area, mut under) = (0.0, 0.0);
+                for (r, plane) in faces.iter().flat_map(|(rings, plane)| rings.iter().map(move |r| (r, plane))) {
+                    // Exact over fans of triangles: area times the height at the centroid.
+                    for k in 1..r.len() - 1 {
+                        let t = [r[0], r[k], r[k + 1]];
+                        area += ring_area(&t);
+                        under += ring_area(&t) * plane.height((t[0] + t[1] + t[2]) / 3.0);
+                    }
+                }
+                let volume = shell_volume(&shell);
+                prop_assert!((volume - under).abs() < 1e-4 * area, "{volume} m³ instead of {under} over {area} m²");
             }
         }
     }

@@ -25,6 +25,9 @@ pub struct Rise {
     pub slope: f64,
 }
 
+/// Corners of cells that are nearer to each other are one, metres; less than what the envelope holds for one node.
+const SHORTEST_SIDE: f64 = 1e-7;
+
 /// A rectangle with an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Oblong {
@@ -138,7 +141,7 @@ impl Primitive {
         })
     }
 
-    /// The part of the plan where plane `index` is the lowest: a convex ring, empty if nowhere.
+    /// The part of the plan where plane `index` is the lowest: a convex ring without sides under 0.1 µm, empty if nowhere.
     pub(crate) fn cell(&self, index: usize) -> Vec<DVec2> {
         let mut ring = self.ring.clone();
         for (k, other) in self.planes.iter().enumerate() {
@@ -146,6 +149,12 @@ impl Primitive {
                 let own = self.planes[index];
                 ring = clip(&ring, |p| other.height(p) - own.height(p));
             }
+        }
+        // Where three planes meet, two cuts leave the same corner twice, to rounding. The side between the two has any
+        // direction, and whoever cuts along it cuts through the middle of something.
+        ring.dedup_by(|b, a| a.distance(*b) < SHORTEST_SIDE);
+        while ring.len() > 1 && ring[0].distance(ring[ring.len() - 1]) < SHORTEST_SIDE {
+            ring.pop();
         }
         ring
     }
@@ -167,7 +176,7 @@ pub(crate) fn clip(ring: &[DVec2], side: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
     out
 }
 
-/// The part of one convex ring inside another.
+/// The part of one convex ring inside another, whose sides must be long enough to have a direction.
 pub(crate) fn intersect_convex(ring: &[DVec2], other: &[DVec2]) -> Vec<DVec2> {
     let mut out = ring.to_vec();
     for i in 0..other.len() {
