@@ -218,6 +218,20 @@ impl Store {
         rows.iter().map(Job::read).collect()
     }
 
+    /// How many jobs of an owner are not over.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn jobs_under_way(&self, owner: &str) -> Result<i64, JobStoreError> {
+        let row = sqlx::query(
+            "SELECT COUNT(*) AS jobs FROM job WHERE owner = $1 AND state IN ('accepted', 'running', 'paused')",
+        )
+        .bind(owner)
+        .fetch_one(&self.pool)
+        .await?;
+        Ok(row.try_get("jobs")?)
+    }
+
     /// Stops a job for good. Tasks under way are told at their next heartbeat, and their results refused.
     ///
     /// # Errors

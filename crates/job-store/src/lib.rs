@@ -9,6 +9,7 @@ mod events;
 mod jobs;
 mod stages;
 mod tasks;
+mod tokens;
 mod workers;
 
 pub use artifacts::Artifact;
@@ -19,4 +20,5 @@ pub use error::JobStoreError;
 pub use events::{Event, EventKind};
 pub use jobs::{Job, JobFilter, JobState, NewJob, Submitted};
 pub use tasks::{NewTask, Task, TaskCounts, TaskState};
+pub use tokens::TokenRecord;
 pub use workers::Worker;

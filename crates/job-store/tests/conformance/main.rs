@@ -53,5 +53,6 @@ conformance!(
     lists_are_paged,
     artefacts_are_found_by_prefix,
     workers_are_seen,
+    tokens_open_and_end,
     wrong_requests_are_refused,
 );

@@ -2,7 +2,7 @@
 
 use gable_job_store::{
     Artifact, BlobId, Claim, EventKind, Finished, JobFilter, JobState, JobStoreError, NewJob, NewTask, Order, Retry,
-    Store, TaskState, Worker,
+    Store, TaskState, TokenRecord, Worker,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -115,6 +115,7 @@ pub(crate) async fn pause_cancel_and_retry(store: &Store) {
     let x = claim(store, "w").await;
     store.pause(&id).await.expect("pauses");
     assert!(nothing_to_do(store).await);
+    assert_eq!(store.jobs_under_way("ann").await.expect("asks"), 1);
     finish(store, &x).await;
     assert_eq!(state(store, &id).await, JobState::Paused, "what was under way still counts");
     assert!(matches!(store.pause(&id).await, Err(JobStoreError::State { .. })));
@@ -137,6 +138,7 @@ pub(crate) async fn pause_cancel_and_retry(store: &Store) {
     assert_eq!(state(store, &id).await, JobState::Cancelled);
     assert!(matches!(store.cancel(&id).await, Err(JobStoreError::State { .. })));
     assert!(matches!(store.retry_failed(&id).await, Err(JobStoreError::State { .. })));
+    assert_eq!(store.jobs_under_way("ann").await.expect("asks"), 0);
     assert!(nothing_to_do(store).await);
 }
 
@@ -394,6 +396,27 @@ pub(crate) async fn workers_are_seen(store: &Store) {
     assert_eq!(found.len(), 1);
     assert!(found[0].seen > found[0].started && found[0].started > 0);
     assert_eq!((found[0].task.as_deref(), found[0].memory), (Some("0_0"), 1 << 40));
+}
+
+pub(crate) async fn tokens_open_and_end(store: &Store) {
+    let token = |name: &str, hash: &str, expires| TokenRecord {
+        hash: hash.to_owned(),
+        name: name.to_owned(),
+        scope: "viewer".to_owned(),
+        max_jobs: Some(2),
+        expires,
+    };
+    assert!(!store.has_tokens().await.expect("asks"));
+    assert!(store.add_token(&token("ann", "h1", None)).await.expect("adds"));
+    assert!(!store.add_token(&token("ann", "h2", None)).await.expect("adds"), "the name is taken");
+    assert!(store.add_token(&token("old", "h3", Some(1))).await.expect("adds"));
+    assert_eq!(store.token("h1").await.expect("asks"), Some(token("ann", "h1", None)));
+    assert_eq!(store.token("h2").await.expect("asks"), None);
+    assert_eq!(store.token("h3").await.expect("asks"), None, "it has ended");
+    assert!(store.remove_token("ann").await.expect("removes"));
+    assert!(!store.remove_token("ann").await.expect("removes"));
+    assert_eq!(store.token("h1").await.expect("asks"), None);
+    assert!(store.has_tokens().await.expect("asks"), "one that has ended keeps the service closed");
 }
 
 pub(crate) async fn wrong_requests_are_refused(store: &Store) {

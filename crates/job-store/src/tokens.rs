@@ -1,0 +1,77 @@
+//! Who may use the service.
+
+use crate::{JobStoreError, Store};
+use sqlx::Row;
+
+/// What is known of a token; not the token itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TokenRecord {
+    /// Hash of the token.
+    pub hash: String,
+    /// Whose it is; unique.
+    pub name: String,
+    /// What it allows.
+    pub scope: String,
+    /// Most jobs under way; none for no limit.
+    pub max_jobs: Option<i64>,
+    /// When it ends, milliseconds since 1970; none for never.
+    pub expires: Option<i64>,
+}
+
+impl Store {
+    /// Adds a token; false if the name is taken.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn add_token(&self, token: &TokenRecord) -> Result<bool, JobStoreError> {
+        let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, created, expires) \
+                         VALUES ($1, $2, $3, $4, {now}, $5) ON CONFLICT (name) DO NOTHING";
+        let added = sqlx::query(self.sql(statement))
+            .bind(&token.hash)
+            .bind(&token.name)
+            .bind(&token.scope)
+            .bind(token.max_jobs)
+            .bind(token.expires)
+            .execute(&self.pool)
+            .await?;
+        Ok(crate::database::one_row(&added))
+    }
+
+    /// The token with this hash, if it has not ended.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn token(&self, hash: &str) -> Result<Option<TokenRecord>, JobStoreError> {
+        let statement = "SELECT hash, name, scope, max_jobs, expires FROM api_token \
+                         WHERE hash = $1 AND (expires IS NULL OR expires > {now})";
+        let row = sqlx::query(self.sql(statement)).bind(hash).fetch_optional(&self.pool).await?;
+        row.map(|row| {
+            Ok(TokenRecord {
+                hash: row.try_get("hash")?,
+                name: row.try_get("name")?,
+                scope: row.try_get("scope")?,
+                max_jobs: row.try_get("max_jobs")?,
+                expires: row.try_get("expires")?,
+            })
+        })
+        .transpose()
+    }
+
+    /// Whether there is any token, ended or not: without one the service is for its own machine only.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn has_tokens(&self) -> Result<bool, JobStoreError> {
+        let row = sqlx::query("SELECT COUNT(*) AS tokens FROM api_token").fetch_one(&self.pool).await?;
+        Ok(row.try_get::<i64, _>("tokens")? > 0)
+    }
+
+    /// Takes a token away; false if there is none of this name.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn remove_token(&self, name: &str) -> Result<bool, JobStoreError> {
+        let removed = sqlx::query("DELETE FROM api_token WHERE name = $1").bind(name).execute(&self.pool).await?;
+        Ok(crate::database::one_row(&removed))
+    }
+}

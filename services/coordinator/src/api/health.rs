@@ -1,0 +1,23 @@
+//! Whether the service is there, and whether it can work.
+
+use crate::{Coordinator, Problem};
+use axum::extract::State;
+
+/// The service is there
+#[utoipa::path(get, path = "/healthz", tag = "service", responses((status = 200, description = "It is", body = String)))]
+pub(crate) async fn alive() -> &'static str {
+    "ok\n"
+}
+
+/// The service can work: its database answers
+#[utoipa::path(
+    get, path = "/readyz", tag = "service",
+    responses(
+        (status = 200, description = "It can", body = String),
+        (status = 503, description = "Its database does not answer", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(crate) async fn ready(State(service): State<Coordinator>) -> Result<&'static str, Problem> {
+    service.store.ping().await?;
+    Ok("ok\n")
+}

@@ -1,0 +1,451 @@
+//! Jobs: submitting, finding, steering.
+
+use crate::auth::Scope;
+use crate::pages::{tagged, time};
+use crate::{Caller, Coordinator, Problem, source};
+use axum::Json;
+use axum::extract::rejection::{JsonRejection, QueryRejection};
+use axum::extract::{Path, Query, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use gable_job_store::{Job, JobFilter, JobState, NewJob, NewTask, Task, TaskState};
+use gable_pipeline::params::PARAMETERS;
+use gable_pipeline::{Params, Stage};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use utoipa::{IntoParams, ToSchema};
+
+/// Longest idempotency key and city name, bytes.
+const LONGEST: usize = 200;
+
+/// A job to be done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({ "source": "delft/mesh.obj", "city": "delft", "parameters": { "sampling.step": 0.2 } }))]
+pub(crate) struct JobRequest {
+    /// The mesh: a file or folder under a source root of the service.
+    #[schema(min_length = 1, max_length = 4096)]
+    source: String,
+    /// The city that it shows; a later job of the same city refreshes it.
+    #[schema(min_length = 1, max_length = 200)]
+    city: String,
+    /// A named set of parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    preset: Option<String>,
+    /// Parameters by name, as `/parameters` lists them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    parameters: BTreeMap<String, ParameterValue>,
+    /// Jobs of higher priority get workers first.
+    #[serde(default)]
+    #[schema(minimum = -100, maximum = 100)]
+    priority: i64,
+}
+
+/// A parameter's value: what its kind asks for, or the same as text.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub(crate) enum ParameterValue {
+    /// For switches.
+    Switch(bool),
+    /// For numbers and integers.
+    #[schema(value_type = f64)]
+    Number(serde_json::Number),
+    /// For all others.
+    Text(String),
+}
+
+impl ParameterValue {
+    fn text(&self) -> String {
+        match self {
+            Self::Switch(v) => v.to_string(),
+            Self::Number(v) => v.to_string(),
+            Self::Text(v) => v.clone(),
+        }
+    }
+}
+
+/// A job as a client sees it.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(crate) struct JobView {
+    /// Id; ids of later jobs sort later.
+    id: String,
+    /// The city.
+    city: String,
+    /// Whose token submitted it.
+    owner: String,
+    /// The mesh.
+    source: String,
+    /// accepted, running, paused, successful, partial, failed or cancelled.
+    #[schema(example = "running")]
+    state: &'static str,
+    /// Why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    /// Jobs of higher priority get workers first.
+    priority: i64,
+    /// The stage under way.
+    #[schema(example = "segment")]
+    stage: &'static str,
+    /// Number of its last event.
+    events: i64,
+    /// When it was taken in, RFC 3339.
+    created: String,
+    /// When the first task began.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    started: Option<String>,
+    /// When it was over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    finished: Option<String>,
+}
+
+impl JobView {
+    fn of(job: Job) -> Self {
+        let source = serde_json::from_str::<JobRequest>(&job.request).map(|r| r.source).unwrap_or_default();
+        Self {
+            source,
+            state: job.state.name(),
+            reason: job.reason,
+            priority: job.priority,
+            stage: stage_name(job.stage),
+            events: job.events,
+            created: time(job.created),
+            started: job.started.map(time),
+            finished: job.finished.map(time),
+            id: job.id,
+            city: job.city,
+            owner: job.owner,
+        }
+    }
+}
+
+/// A job with how far it is.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(crate) struct JobDetail {
+    #[serde(flatten)]
+    job: JobView,
+    /// Preset, parameters, and all else that was submitted.
+    request: JobRequest,
+    /// Its stages, in order.
+    progress: Vec<StageProgress>,
+}
+
+/// How far a stage is.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(crate) struct StageProgress {
+    #[schema(example = "segment")]
+    stage: &'static str,
+    ready: i64,
+    running: i64,
+    /// Done now, or taken over from an earlier run.
+    done: i64,
+    failed: i64,
+    cancelled: i64,
+}
+
+/// A page of jobs.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(crate) struct JobPage {
+    /// Newest first.
+    jobs: Vec<JobView>,
+    /// Give it as `before` for the next page; absent on the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next: Option<String>,
+}
+
+/// Which jobs.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(crate) struct JobQuery {
+    /// Only in this state.
+    #[param(inline)]
+    state: Option<StateName>,
+    /// Only of this city.
+    city: Option<String>,
+    /// Only of this owner.
+    owner: Option<String>,
+    /// Only those submitted before this job.
+    before: Option<String>,
+    /// Most jobs on the page.
+    #[param(minimum = 1, maximum = 1000, default = 100)]
+    limit: Option<i64>,
+}
+
+/// State of a job.
+#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum StateName {
+    Accepted,
+    Running,
+    Paused,
+    Successful,
+    Partial,
+    Failed,
+    Cancelled,
+}
+
+impl From<StateName> for JobState {
+    fn from(name: StateName) -> Self {
+        match name {
+            StateName::Accepted => Self::Accepted,
+            StateName::Running => Self::Running,
+            StateName::Paused => Self::Paused,
+            StateName::Successful => Self::Successful,
+            StateName::Partial => Self::Partial,
+            StateName::Failed => Self::Failed,
+            StateName::Cancelled => Self::Cancelled,
+        }
+    }
+}
+
+/// A priority.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Priority {
+    #[schema(minimum = -100, maximum = 100)]
+    priority: i64,
+}
+
+/// Name of a stage by its number.
+pub(super) fn stage_name(number: i64) -> &'static str {
+    usize::try_from(number).ok().and_then(|n| Stage::ALL.get(n)).map_or("unknown", |s| s.name())
+}
+
+/// Submit a job
+#[utoipa::path(
+    post, path = "/jobs", tag = "jobs",
+    params(("Idempotency-Key" = Option<String>, Header, description = "The same key again gives the same job")),
+    request_body = JobRequest,
+    responses(
+        (status = 201, description = "Taken in", body = JobView, headers(("Location" = String, description = "Where the job is"))),
+        (status = 200, description = "Taken in earlier under the same key", body = JobView),
+        (status = 400, description = "No JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
+        (status = 403, description = "Not allowed", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key was used for another request", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too large"),
+        (status = 415, description = "The body is not said to be JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Source, city or parameters do not hold", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "Too many jobs under way", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(crate) async fn submit(
+    State(service): State<Coordinator>,
+    caller: Caller,
+    headers: HeaderMap,
+    body: Result<Json<JobRequest>, JsonRejection>,
+) -> Result<Response, Problem> {
+    caller.needs(Scope::Submitter)?;
+    let Json(request) = body?;
+    check(&request, &service)?;
+    let key = headers.get("idempotency-key").map(|v| v.to_str().map(str::to_owned)).transpose();
+    let key = key.map_err(|_| Problem::invalid("the idempotency key is not ASCII"))?;
+    if key.as_ref().is_some_and(|k| k.is_empty() || k.len() > LONGEST) {
+        return Err(Problem::invalid(format!("the idempotency key has to have 1 to {LONGEST} bytes")));
+    }
+    if let Some(most) = caller.max_jobs
+        && service.store.jobs_under_way(&caller.name).await? >= most
+    {
+        let detail = format!("{} may have {most} jobs under way: wait for one, or cancel one", caller.name);
+        return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "quota", "Too many jobs under way", detail));
+    }
+    let text = serde_json::to_string(&request).map_err(|e| Problem::invalid(e.to_string()))?;
+    let first = NewTask { stage: 0, unit: "scene".to_owned(), input: "{}".to_owned(), required: true, max_attempts: 3 };
+    let new = NewJob {
+        city: request.city,
+        owner: caller.name,
+        idempotency_key: key,
+        request: text,
+        priority: request.priority,
+        tasks: vec![first],
+    };
+    let submitted = service.store.submit(&new).await?;
+    let job = service.store.job(&submitted.id).await?;
+    let status = if submitted.new { StatusCode::CREATED } else { StatusCode::OK };
+    let place = format!("/api/v1/jobs/{}", submitted.id);
+    Ok((status, [(header::LOCATION, place)], Json(JobView::of(job))).into_response())
+}
+
+/// What can be known to be wrong before the job begins.
+fn check(request: &JobRequest, service: &Coordinator) -> Result<(), Problem> {
+    if request.city.trim().is_empty() || request.city.len() > LONGEST || request.city.chars().any(char::is_control) {
+        return Err(Problem::invalid(format!("city has to be a name of 1 to {LONGEST} bytes")));
+    }
+    if !(-100..=100).contains(&request.priority) {
+        return Err(Problem::invalid("priority has to be -100 to 100"));
+    }
+    source::resolve(&request.source, &service.roots).map_err(|e| Problem::invalid(e.to_string()))?;
+    let settings: Vec<_> = request.parameters.iter().map(|(name, value)| (name.clone(), value.text())).collect();
+    let params =
+        Params::assemble(request.preset.as_deref(), None, &settings).map_err(|e| Problem::invalid(e.to_string()))?;
+    let defaults = Params::default();
+    for changed in PARAMETERS.iter().filter(|p| p.value(&params) != p.value(&defaults)) {
+        if changed.group == "resources" {
+            return Err(Problem::invalid(format!("{} is for the workers to say, not for a job", changed.name)));
+        }
+        if changed.kind == "file" {
+            source::resolve(&changed.value(&params), &service.roots)
+                .map_err(|e| Problem::invalid(format!("{}: {e}", changed.name)))?;
+        }
+    }
+    Ok(())
+}
+
+/// List jobs, newest first
+#[utoipa::path(
+    get, path = "/jobs", tag = "jobs", params(JobQuery),
+    responses(
+        (status = 200, description = "A page", body = JobPage),
+        (status = 400, description = "The query does not hold", body = Problem, content_type = "application/problem+json"),
+        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(crate) async fn list(
+    State(service): State<Coordinator>,
+    _: Caller,
+    query: Result<Query<JobQuery>, QueryRejection>,
+) -> Result<Json<JobPage>, Problem> {
+    let Query(query) = query?;
+    let limit = query.limit.unwrap_or(service.limits.page.min(100));
+    if !(1..=service.limits.page).contains(&limit) {
+        let detail = format!("limit has to be 1 to {}", service.limits.page);
+        return Err(Problem::new(StatusCode::BAD_REQUEST, "query", "The query cannot be read", detail));
+    }
+    let filter = JobFilter {
+        state: query.state.map(JobState::from),
+        city: query.city,
+        owner: query.owner,
+        before: query.before,
+    };
+    // One more than asked for, to know whether there is a next page.
+    let mut jobs = service.store.jobs(&filter, limit + 1).await?;
+    let more = jobs.len() as i64 > limit;
+    jobs.truncate(limit as usize);
+    let next = jobs.last().filter(|_| more).map(|j| j.id.clone());
+    Ok(Json(JobPage { jobs: jobs.into_iter().map(JobView::of).collect(), next }))
+}
+
+/// Show a job
+///
+/// To poll it, send the ETag of the last answer as If-None-Match: nothing new is answered by 304.
+#[utoipa::path(
+    get, path = "/jobs/{id}", tag = "jobs",
+    params(("id" = String, Path, description = "Id of the job")),
+    responses(
+        (status = 200, description = "The job", body = JobDetail, headers(("ETag" = String, description = "Its state"))),
+        (status = 304, description = "Nothing new"),
+        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(crate) async fn show(
+    State(service): State<Coordinator>,
+    _: Caller,
+    headers: HeaderMap,
+    Path(id): Path<String>,
+) -> Result<Response, Problem> {
+    let job = service.store.job(&id).await?;
+    let counts = service.store.task_counts(&id).await?;
+    let events = job.events.to_string();
+    let request: JobRequest = serde_json::from_str(&job.request)
+        .map_err(|_| gable_job_store::JobStoreError::Stored { what: "request of a job", value: job.request.clone() })?;
+    let mut progress: BTreeMap<i64, StageProgress> = BTreeMap::new();
+    for ((stage, state), n) in counts {
+        let entry = progress.entry(stage).or_insert_with(|| StageProgress {
+            stage: stage_name(stage),
+            ready: 0,
+            running: 0,
+            done: 0,
+            failed: 0,
+            cancelled: 0,
+        });
+        match state {
+            TaskState::Ready => entry.ready += n,
+            TaskState::Running => entry.running += n,
+            TaskState::Done | TaskState::Reused => entry.done += n,
+            TaskState::Failed => entry.failed += n,
+            TaskState::Cancelled => entry.cancelled += n,
+        }
+    }
+    let detail = JobDetail { job: JobView::of(job), request, progress: progress.into_values().collect() };
+    Ok(tagged(&headers, &events, || Json(detail).into_response()))
+}
+
+macro_rules! steering {
+    ($(#[doc = $help:literal] $name:ident, $path:literal, $method:ident;)+) => {
+        $(
+            #[doc = $help]
+            #[utoipa::path(
+                post, path = $path, tag = "jobs",
+                params(("id" = String, Path, description = "Id of the job")),
+                responses(
+                    (status = 200, description = "The job afterwards", body = JobView),
+                    (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
+                    (status = 403, description = "Not allowed", body = Problem, content_type = "application/problem+json"),
+                    (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+                    (status = 409, description = "Its state does not allow it", body = Problem, content_type = "application/problem+json"),
+                )
+            )]
+            pub(crate) async fn $name(
+                State(service): State<Coordinator>,
+                caller: Caller,
+                Path(id): Path<String>,
+            ) -> Result<Json<JobView>, Problem> {
+                caller.needs(Scope::Submitter)?;
+                caller.may_steer(&service.store.job(&id).await?.owner)?;
+                service.store.$method(&id).await?;
+                Ok(Json(JobView::of(service.store.job(&id).await?)))
+            }
+        )+
+    };
+}
+
+steering! {
+    /// Cancel a job for good
+    cancel, "/jobs/{id}/cancel", cancel;
+    /// Let no further task of a job begin
+    pause, "/jobs/{id}/pause", pause;
+    /// Let a paused job go on
+    resume, "/jobs/{id}/resume", resume;
+    /// Do what failed again
+    retry, "/jobs/{id}/retry", retry_failed;
+}
+
+/// Set a job's priority
+#[utoipa::path(
+    put, path = "/jobs/{id}/priority", tag = "jobs",
+    params(("id" = String, Path, description = "Id of the job")),
+    request_body = Priority,
+    responses(
+        (status = 200, description = "The job afterwards", body = JobView),
+        (status = 400, description = "No JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
+        (status = 403, description = "Not allowed", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job is over", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The body is too large"),
+        (status = 415, description = "The body is not said to be JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Not a priority", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(crate) async fn set_priority(
+    State(service): State<Coordinator>,
+    caller: Caller,
+    Path(id): Path<String>,
+    body: Result<Json<Priority>, JsonRejection>,
+) -> Result<Json<JobView>, Problem> {
+    caller.needs(Scope::Submitter)?;
+    let Json(Priority { priority }) = body?;
+    if !(-100..=100).contains(&priority) {
+        return Err(Problem::invalid("priority has to be -100 to 100"));
+    }
+    caller.may_steer(&service.store.job(&id).await?.owner)?;
+    service.store.set_priority(&id, priority).await?;
+    Ok(Json(JobView::of(service.store.job(&id).await?)))
+}
+
+/// A task, for the lists of other modules.
+pub(super) fn seconds(task: &Task) -> Option<f64> {
+    let (begin, end) = (task.started?, task.finished?);
+    Some((end - begin) as f64 / 1000.0)
+}

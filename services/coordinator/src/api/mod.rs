@@ -1,0 +1,109 @@
+//! The API under `/api/v1`, and its description.
+
+mod blocks;
+mod events;
+mod files;
+mod health;
+mod jobs;
+mod parameters;
+mod workers;
+
+use crate::{Coordinator, Problem};
+use axum::Router;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use std::any::Any;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::limit::RequestBodyLimitLayer;
+use tower_http::set_header::SetResponseHeaderLayer;
+use tower_http::timeout::TimeoutLayer;
+use tower_http::trace::TraceLayer;
+use utoipa::OpenApi;
+use utoipa::openapi::OpenApi as Document;
+use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use utoipa_swagger_ui::SwaggerUi;
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "gable",
+        description = "From the mesh of a city to its buildings: jobs, their blocks, events and results.",
+        license(name = "MIT", identifier = "MIT"),
+    ),
+    tags(
+        (name = "jobs", description = "Submitting and steering"),
+        (name = "results", description = "What a job made"),
+        (name = "service", description = "The service itself"),
+    )
+)]
+struct Description;
+
+/// All routes, with limits on what a request may take.
+pub fn router(service: Coordinator) -> Router {
+    let limits = service.limits;
+    let (bounded, document) = routes().split_for_parts();
+    bounded
+        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, limits.time))
+        // A stream of events is as long as its job, so it has no time limit.
+        .merge(events::stream_router())
+        .merge(SwaggerUi::new("/docs").url("/api/v1/openapi.json", document))
+        .fallback(|| async { Problem::not_found("no such address: /docs lists all") })
+        .method_not_allowed_fallback(|| async {
+            Problem::new(
+                StatusCode::METHOD_NOT_ALLOWED,
+                "method",
+                "This address does not take this method",
+                "/docs lists what each address takes",
+            )
+        })
+        .layer(CompressionLayer::new())
+        .layer(RequestBodyLimitLayer::new(limits.body))
+        .layer(CatchPanicLayer::custom(after_panic))
+        .layer(SetResponseHeaderLayer::if_not_present(
+            header::X_CONTENT_TYPE_OPTIONS,
+            HeaderValue::from_static("nosniff"),
+        ))
+        .layer(TraceLayer::new_for_http())
+        .with_state(service)
+}
+
+/// The OpenAPI document.
+#[must_use]
+pub fn document() -> Document {
+    routes().split_for_parts().1
+}
+
+fn routes() -> OpenApiRouter<Coordinator> {
+    let mut description = Description::openapi();
+    let bearer = SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer));
+    description.components.get_or_insert_default().security_schemes.insert("token".to_owned(), bearer.into());
+    description.security = Some(vec![SecurityRequirement::new("token", [""; 0]), SecurityRequirement::default()]);
+    let v1 = OpenApiRouter::new()
+        .routes(routes!(jobs::submit, jobs::list))
+        .routes(routes!(jobs::show))
+        .routes(routes!(jobs::cancel))
+        .routes(routes!(jobs::pause))
+        .routes(routes!(jobs::resume))
+        .routes(routes!(jobs::retry))
+        .routes(routes!(jobs::set_priority))
+        .routes(routes!(blocks::list))
+        .routes(routes!(events::list))
+        .routes(routes!(files::list))
+        .routes(routes!(files::content))
+        .routes(routes!(parameters::list))
+        .routes(routes!(workers::list));
+    OpenApiRouter::with_openapi(description)
+        .nest("/api/v1", v1)
+        .routes(routes!(health::alive))
+        .routes(routes!(health::ready))
+}
+
+fn after_panic(cause: Box<dyn Any + Send + 'static>) -> Response {
+    let text = cause.downcast_ref::<String>().map(String::as_str).or_else(|| cause.downcast_ref::<&str>().copied());
+    tracing::error!(cause = text.unwrap_or("unknown"), "a request handler panicked");
+    let detail = "this is a fault of the service; its log tells more";
+    Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "The service failed", detail).into_response()
+}

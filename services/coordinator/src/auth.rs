@@ -1,0 +1,180 @@
+//! Who asks, and what they may do.
+//!
+//! Callers show a bearer token. As long as no token was made, the service is for the people at its own machine: it takes
+//! requests only under a loopback name and from its own pages, so that no page of another site can reach it through
+//! a browser on that machine.
+
+use crate::{Coordinator, Problem};
+use axum::extract::FromRequestParts;
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, header};
+use gable_job_store::{BlobId, JobStoreError, Store, TokenRecord};
+use serde::{Deserialize, Serialize};
+
+/// What a token allows; each allows what the ones before it do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scope {
+    /// To look at jobs and results.
+    Viewer,
+    /// To submit jobs, and to steer one's own.
+    Submitter,
+    /// To steer all jobs.
+    Operator,
+}
+
+impl Scope {
+    const ALL: [(Self, &'static str); 3] =
+        [(Self::Viewer, "viewer"), (Self::Submitter, "submitter"), (Self::Operator, "operator")];
+
+    fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(scope, _)| *scope == self).map_or("", |(_, name)| name)
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, name)| *name == text).map(|(scope, _)| *scope)
+    }
+}
+
+/// Who asks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Caller {
+    /// Name of the token; `local` where there are none.
+    pub name: String,
+    /// What they may do.
+    pub scope: Scope,
+    /// Most jobs under way; none for no limit.
+    pub max_jobs: Option<i64>,
+}
+
+impl Caller {
+    /// An error unless the caller has at least this scope.
+    pub(crate) fn needs(&self, scope: Scope) -> Result<(), Problem> {
+        if self.scope >= scope {
+            return Ok(());
+        }
+        Err(Problem::forbidden(format!("this needs a token of scope {}, yours is {}", scope.name(), self.scope.name())))
+    }
+
+    /// An error unless the caller may steer a job of this owner.
+    pub(crate) fn may_steer(&self, owner: &str) -> Result<(), Problem> {
+        self.needs(if owner == self.name { Scope::Submitter } else { Scope::Operator })
+    }
+}
+
+impl FromRequestParts<Coordinator> for Caller {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, service: &Coordinator) -> Result<Self, Problem> {
+        if !service.store.has_tokens().await? {
+            from_this_machine(&parts.headers)?;
+            return Ok(Self { name: "local".to_owned(), scope: Scope::Operator, max_jobs: None });
+        }
+        let shown = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
+        let (kind, token) = shown
+            .and_then(|v| v.split_once(' '))
+            .ok_or_else(|| Problem::unauthorised("send the header Authorization: Bearer TOKEN"))?;
+        if !kind.eq_ignore_ascii_case("bearer") {
+            return Err(Problem::unauthorised("send the header Authorization: Bearer TOKEN"));
+        }
+        let found = service.store.token(&hash(token.trim())).await?;
+        let found = found.ok_or_else(|| Problem::unauthorised("this token is not known, or has ended"))?;
+        let scope =
+            Scope::parse(&found.scope).ok_or(JobStoreError::Stored { what: "scope of a token", value: found.scope })?;
+        Ok(Self { name: found.name, scope, max_jobs: found.max_jobs })
+    }
+}
+
+/// An error unless the request was made under a loopback name, and not by a page of another site.
+fn from_this_machine(headers: &HeaderMap) -> Result<(), Problem> {
+    let text = |name| headers.get(name).and_then(|v: &header::HeaderValue| v.to_str().ok());
+    let host = text(header::HOST).unwrap_or_default();
+    let name =
+        host.rsplit_once(':').filter(|(_, port)| port.bytes().all(|b| b.is_ascii_digit())).map_or(host, |(n, _)| n);
+    if !matches!(name, "localhost" | "127.0.0.1" | "[::1]") {
+        return Err(Problem::unauthorised(
+            "no token has been made, so only requests to localhost are answered: gable token create",
+        ));
+    }
+    match text(header::ORIGIN) {
+        Some(origin) if origin.strip_prefix("http://") != Some(host) => {
+            Err(Problem::forbidden(format!("pages of {origin} may not use this service")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn hash(token: &str) -> String {
+    BlobId::of(token.as_bytes()).to_string()
+}
+
+/// What a new token is to allow.
+#[derive(Clone, Debug)]
+pub struct NewToken {
+    /// Whose it is; unique.
+    pub name: String,
+    /// What it allows.
+    pub scope: Scope,
+    /// Most jobs under way; none for no limit.
+    pub max_jobs: Option<i64>,
+    /// When it ends, milliseconds since 1970; none for never.
+    pub expires: Option<i64>,
+}
+
+/// Makes a token and gives it; it is not kept, only its hash. None if the name is taken.
+///
+/// # Errors
+/// If the database does not answer.
+pub async fn create_token(store: &Store, new: &NewToken) -> Result<Option<String>, JobStoreError> {
+    let mut secret = [0_u8; 32];
+    getrandom::fill(&mut secret).map_err(|e| JobStoreError::File {
+        path: "/dev/urandom".into(),
+        source: std::io::Error::other(e.to_string()),
+    })?;
+    let token = format!("gable_{}", secret.iter().map(|b| format!("{b:02x}")).collect::<String>());
+    let record = TokenRecord {
+        hash: hash(&token),
+        name: new.name.clone(),
+        scope: new.scope.name().to_owned(),
+        max_jobs: new.max_jobs,
+        expires: new.expires,
+    };
+    Ok(store.add_token(&record).await?.then_some(token))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::http::HeaderValue;
+
+    fn asked(host: &'static str, origin: Option<&'static str>) -> Result<(), u16> {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::HOST, HeaderValue::from_static(host));
+        if let Some(origin) = origin {
+            headers.insert(header::ORIGIN, HeaderValue::from_static(origin));
+        }
+        from_this_machine(&headers).map_err(|p| p.status)
+    }
+
+    #[test]
+    fn without_tokens_only_this_machine_is_answered() {
+        assert_eq!(asked("localhost:8080", None), Ok(()));
+        assert_eq!(asked("127.0.0.1:8080", Some("http://127.0.0.1:8080")), Ok(()));
+        assert_eq!(asked("[::1]:8080", None), Ok(()));
+        assert_eq!(asked("[::1]", None), Ok(()));
+        assert_eq!(asked("gable.example:8080", None), Err(401), "a name that another site made point here");
+        assert_eq!(asked("localhost:8080", Some("http://evil.example")), Err(403));
+        assert_eq!(asked("localhost:8080", Some("null")), Err(403));
+        assert_eq!(asked("localhost:8080", Some("http://localhost:9999")), Err(403));
+    }
+
+    #[test]
+    fn a_submitter_steers_only_their_own() {
+        let ann = Caller { name: "ann".to_owned(), scope: Scope::Submitter, max_jobs: None };
+        assert!(ann.may_steer("ann").is_ok());
+        assert_eq!(ann.may_steer("bob").map_err(|p| p.status), Err(403));
+        let viewer = Caller { scope: Scope::Viewer, ..ann.clone() };
+        assert_eq!(viewer.may_steer("ann").map_err(|p| p.status), Err(403));
+        assert!(Caller { scope: Scope::Operator, ..ann }.may_steer("bob").is_ok());
+    }
+}
