@@ -101,3 +101,37 @@ fn weights_are_trained_from_a_city_and_used() {
     let building = classes.iter().find(|c| c["name"] == "building").unwrap();
     assert!(building["iou"].as_f64().unwrap() > 0.75, "{classes:?}");
 }
+
+#[test]
+fn the_benchmark_writes_its_table_and_the_oracles_are_better() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, page) = (folder.path().join("out"), folder.path().join("page"));
+    let records = run_gable(&[
+        "bench",
+        "house",
+        "--tuning",
+        "--rows",
+        "default,labels,footprints,planes",
+        "--out",
+        out.to_str().unwrap(),
+        "--write",
+        page.to_str().unwrap(),
+        "--quiet",
+        "--json",
+    ])
+    .success()
+    .json();
+    let figure = |row: usize, name: &str| records[row]["figures"][name].as_f64().unwrap();
+    assert_eq!(records.as_array().unwrap().len(), 4);
+    assert!(figure(1, "label_mean_iou") > 0.999, "perfect labels are perfect: {}", records[1]);
+    assert!(figure(2, "building_footprint_iou") > 0.9, "perfect footprints part the buildings: {}", records[2]);
+    assert!(figure(2, "building_footprint_iou") > figure(1, "building_footprint_iou"), "{records}");
+    assert!(figure(3, "roof_rmse_50") < 0.01, "perfect planes are where they are: {}", records[3]);
+    assert!(records[0]["run"]["whole"]["peak_memory_bytes"].as_u64().unwrap() > 0);
+    let text = std::fs::read_to_string(page.join("README.md")).unwrap();
+    assert!(text.contains("| house | oracle: footprints, planes |") && text.contains("labels mIoU"), "{text}");
+    assert!(!out.join("house").exists(), "nothing is left behind");
+    let wrong = run_gable(&["bench", "village"]);
+    assert_eq!(wrong.code, 2, "{}", wrong.stderr);
+    assert!(wrong.stderr.contains("house, block, district, city"), "{}", wrong.stderr);
+}

@@ -100,6 +100,9 @@ fn outline(input: &BuildingInput) -> Vec<LineSegment> {
 /// The planes of the roof, regularised, and the pixels that support them. A building without any plane gets a level
 /// one at its median height.
 fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<Plane>, Raster<u16>) {
+    if let Some(known) = &input.roof {
+        return (known.planes.clone(), known.labels.clone());
+    }
     let detection = gable_planes::Params {
         distance: params.plane_distance,
         angle: params.plane_angle,

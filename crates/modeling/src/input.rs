@@ -1,6 +1,6 @@
 //! What modelling one building needs to know.
 
-use gable_geometry::DVec3;
+use gable_geometry::{DVec3, Plane};
 use gable_ortho::{GridWindow, Raster, WallEvidence};
 
 /// One building and its surroundings, all on the same window of the pixel lattice. The window should reach a few
@@ -19,8 +19,19 @@ pub struct BuildingInput {
     pub colour: Option<Raster<[u8; 3]>>,
     /// Steep surface over each pixel.
     pub walls: Raster<WallEvidence>,
+    /// The planes of the roof, where they are known beforehand (used by the default method only).
+    pub roof: Option<KnownRoof>,
     /// Steep facets in and around the mask, local metres (used by the published method only).
     pub facets: Vec<[DVec3; 3]>,
+}
+
+/// Roof planes that need not be found.
+#[derive(Clone, Debug)]
+pub struct KnownRoof {
+    /// The planes, local metres.
+    pub planes: Vec<Plane>,
+    /// Which of them is uppermost over each pixel of the building's window, `u16::MAX` where none is.
+    pub labels: Raster<u16>,
 }
 
 /// How far the window of a building should reach beyond its mask, metres.

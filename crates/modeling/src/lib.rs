@@ -17,7 +17,7 @@ mod subdivide;
 mod surface;
 mod zhu2018;
 
-pub use input::{BuildingInput, MARGIN};
+pub use input::{BuildingInput, KnownRoof, MARGIN};
 pub use model::{BuildingModel, model};
 pub use params::{Method, Params};
 pub use roof::RoofType;

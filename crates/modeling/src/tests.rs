@@ -45,6 +45,7 @@ fn building(seed: u64, size: f64, roof: impl Fn(DVec2) -> Option<f64>) -> Buildi
         colour: None,
         walls: Raster::filled(window, WallEvidence::default()),
         height,
+        roof: None,
         facets: Vec::new(),
     }
 }

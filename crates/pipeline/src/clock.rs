@@ -26,7 +26,8 @@ impl Clock {
 }
 
 /// Seconds that all threads of this process have computed so far; 0 where the system does not tell.
-fn core_seconds() -> f64 {
+#[must_use]
+pub fn core_seconds() -> f64 {
     let Ok(text) = std::fs::read_to_string("/proc/self/stat") else { return 0.0 };
     // Fields 14 and 15, counted behind the name in brackets, in ticks of 10 ms.
     let Some((_, rest)) = text.rsplit_once(')') else { return 0.0 };

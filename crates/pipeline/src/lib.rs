@@ -5,6 +5,8 @@ pub mod params;
 mod artefact;
 mod clock;
 mod error;
+mod known;
+pub mod label_map;
 mod mosaic;
 mod observer;
 pub mod render;
@@ -15,6 +17,7 @@ mod stages;
 mod summary;
 mod workspace;
 
+pub use clock::core_seconds;
 pub use error::{ErrorKind, PipelineError};
 pub use observer::{Observer, Stage, Unobserved};
 pub use params::{ParamError, Params};

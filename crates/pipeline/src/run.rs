@@ -1,6 +1,7 @@
 //! The run: all stages, one after the other, in one process.
 
 use crate::clock::Clock;
+use crate::known::Known;
 use crate::mosaic::Mosaic;
 use crate::observer::{Observer, Stage};
 use crate::params::{PARAMETERS, Params, Up};
@@ -68,8 +69,12 @@ fn run_here(
     // The rest of a city is grey where a texture is missing; only a city without any is treated as untextured.
     let coloured = 2 * photographed > covered;
     let ground = clock.time(Stage::Terrain, || terrain::terrain(&context, &ortho))?;
-    let labelled = clock.time(Stage::Segment, || segment::segment(&context, &ortho, &ground, coloured))?;
-    let tasks = clock.time(Stage::Stitch, || stitch::stitch(&context, &labelled.components, blocks.frame()))?;
+    let known = params.segmentation.footprints.as_deref();
+    let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
+    let known = known.as_ref();
+    let labelled =
+        clock.time(Stage::Segment, || segment::segment(&context, &ortho, &ground, blocks.frame(), known, coloured))?;
+    let tasks = clock.time(Stage::Stitch, || stitch::stitch(&context, &labelled.components, blocks.frame(), known))?;
     let tiles =
         clock.time(Stage::Model, || model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, coloured))?;
     let mut files = clock.time(Stage::Write, || {

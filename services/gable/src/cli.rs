@@ -54,6 +54,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Make a city mesh with known truth, with the defects of photogrammetry
     Synth(SynthArgs),
+    /// Make, model and measure named scenes, and write one table
+    Bench(BenchArgs),
     /// Train the tree classifier on labelled rasters
     Train(TrainArgs),
     /// List every parameter with unit, default and range
@@ -68,6 +70,7 @@ impl Command {
             Self::Demo(args) => args.json,
             Self::Eval(args) => args.json,
             Self::Synth(args) => args.json,
+            Self::Bench(args) => args.json,
             Self::Train(args) => args.json,
             Self::Params(args) => args.json,
         }
@@ -263,6 +266,55 @@ pub(crate) struct SynthArgs {
     #[arg(long)]
     pub(crate) no_texture: bool,
     /// Print what was made as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+const BENCH_HELP: &str = "\
+Examples:
+  gable bench house block
+  gable bench district --truth delft.city.jsonl --write tests/benchmarks
+  gable bench block --rows default,planes --tuning --json
+
+Scenes: house 0.01, block 0.048, district 1.38, city 12.2 km². Rows: default, zhu2018 (the published method), and the
+oracles, which are fed with truth: labels; footprints; planes (with footprints). What a stage loses is the
+difference between two rows. Every step is a process of its own, whose time and peak memory are told.";
+
+/// Arguments of `gable bench`.
+#[derive(Debug, Args)]
+#[command(after_help = BENCH_HELP)]
+pub(crate) struct BenchArgs {
+    /// Scenes: house, block, district, city; give at least one
+    #[arg(required = true)]
+    pub(crate) scenes: Vec<String>,
+    /// Rows, joined by commas; all if not given
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) rows: Vec<String>,
+    /// Folder for scenes and results
+    #[arg(short, long, value_name = "DIR", default_value = "gable-bench")]
+    pub(crate) out: PathBuf,
+    /// Buildings of district and city from a CityJSON file, instead of procedural ones
+    #[arg(long, value_name = "FILE")]
+    pub(crate) truth: Option<PathBuf>,
+    /// Other seeds: those that may be tuned on
+    #[arg(long)]
+    pub(crate) tuning: bool,
+    /// Faces for each m² of ground
+    #[arg(long, value_name = "N", default_value_t = 7.5)]
+    pub(crate) density: f64,
+    /// Slope of the ground, metres per metre
+    #[arg(long, value_name = "S", default_value_t = 0.05)]
+    pub(crate) slope: f64,
+    /// Set any parameter of the runs; may be given many times
+    #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "write")]
+    pub(crate) settings: Vec<String>,
+    /// Folder whose README.md gets the table
+    #[arg(long, value_name = "DIR")]
+    pub(crate) write: Option<PathBuf>,
+    /// Keep scenes and results
+    #[arg(long)]
+    pub(crate) keep: bool,
+    /// Print the records as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -4,7 +4,6 @@ mod cli;
 mod commands;
 mod exit;
 mod interrupt;
-mod label_map;
 mod progress;
 mod table;
 mod terminal;

@@ -117,6 +117,10 @@ parameters! {
         features: Features = Features::Auto, "", ANY;
         /// Weights of the tree classifier made by gable train; empty for those that are built in.
         weights: Option<PathBuf> = None, "", ANY;
+        /// Folder of label pictures, as gable run and gable synth write them, that hold where they say something.
+        labels: Option<PathBuf> = None, "", ANY;
+        /// CityJSON file whose footprints are the buildings, each by itself and under its name.
+        footprints: Option<PathBuf> = None, "", ANY;
         /// How the ground is found.
         terrain: TerrainModel = TerrainModel::Surface, "", ANY;
         /// Cell of the ground surface.
@@ -160,6 +164,8 @@ parameters! {
         method: Method = Method::Gable, "", ANY;
         /// Faces within this angle of the vertical are facades.
         facade_angle: f64 = gable_modeling::Params::default().facade_angle, "°", within(1.0, 60.0);
+        /// CityJSON file whose LOD2 roof planes are used in place of those that would be found, for the method gable.
+        roofs: Option<PathBuf> = None, "", ANY;
         /// How far a roof point may lie from its plane.
         plane_distance: f64 = gable_modeling::Params::default().plane_distance, "m", within(0.02, 5.0);
         /// How far a roof point's normal may turn from its plane's.

@@ -3,6 +3,7 @@
 use super::stitch::Task;
 use super::{Context, prepare};
 use crate::artefact;
+use crate::known::Known;
 use crate::mosaic::Mosaic;
 use crate::params::Method;
 use crate::stages::segment::Labelled;
@@ -50,6 +51,8 @@ pub(crate) fn model(
         owned.entry(blocks.owner(task.centroid)).or_default().push(task);
     }
     context.observer.stage(Stage::Model, tasks.len());
+    let roofs = context.params.modeling.roofs.as_deref();
+    let roofs = roofs.map(|path| Known::read(path, blocks.frame())).transpose()?;
     owned
         .into_par_iter()
         .map(|((iy, ix), tasks)| {
@@ -62,7 +65,7 @@ pub(crate) fn model(
                 .par_iter()
                 .map(|task| {
                     context.check_cancelled()?;
-                    let made = one(context, blocks, ortho, labelled, terrain, task, photographed)?;
+                    let made = one(context, blocks, ortho, labelled, terrain, roofs.as_ref(), task, photographed)?;
                     context.observer.done(Stage::Model, &task.id);
                     Ok(record(task, made, [ix, iy], blocks.frame(), context.params.sampling.step))
                 })
@@ -86,6 +89,7 @@ fn one(
     ortho: &Mosaic<Orthograph>,
     labelled: &Labelled,
     terrain: &Terrain,
+    roofs: Option<&Known>,
     task: &Task,
     photographed: bool,
 ) -> Result<Result<BuildingModel, String>, PipelineError> {
@@ -93,11 +97,26 @@ fn one(
     let inner = task.whole.window(step);
     let window = inner.grown((gable_modeling::MARGIN / step).ceil() as usize);
     let maps = prepare::read(ortho, window)?;
-    let Some(mask) = mask(&labelled.read(inner)?, task) else {
+    let labels = labelled.read(inner)?;
+    let mask = if let Some(footprint) = &task.footprint {
+        let mut inside = Raster::filled(inner, false);
+        footprint.draw(&mut inside);
+        for (inside, &label) in inside.values_mut().iter_mut().zip(labels.values()) {
+            *inside &= label == Label::Building as u8;
+        }
+        if !inside.values().contains(&true) {
+            return Ok(Err("nothing of the mesh lies in its footprint".to_owned()));
+        }
+        inside
+    } else if let Some(mask) = mask(&labels, task) {
+        mask
+    } else {
         return Ok(Err("its pixels are not where they were when it was found".to_owned()));
     };
+    let mask = mask.crop(window, false);
     let input = BuildingInput {
-        mask: mask.crop(window, false),
+        roof: roofs.and_then(|known| known.roof(&mask)),
+        mask,
         terrain: terrain.raster(window),
         normal: maps.normal,
         colour: photographed.then_some(maps.colour),

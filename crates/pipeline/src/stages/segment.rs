@@ -5,9 +5,12 @@
 
 use super::{Context, prepare};
 use crate::artefact::{self, LabelTile};
+use crate::known::Known;
+use crate::label_map::{self, LabelFolder};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::params::{Features, Method, Params, TerrainModel};
 use crate::{PipelineError, Stage};
+use gable_geometry::Frame;
 use gable_ortho::{GridWindow, Orthograph, Raster};
 use gable_segmentation::{CleanupParams, FeatureSet, Label, Model, SegmentParams, Terrain};
 use gable_stitching::TileComponents;
@@ -25,12 +28,15 @@ pub(crate) fn segment(
     context: &Context<'_>,
     ortho: &Mosaic<Orthograph>,
     terrain: &Terrain,
+    frame: &Frame,
+    footprints: Option<&Known>,
     photographed: bool,
 ) -> Result<Labelled, PipelineError> {
     let patches = patches(ortho, context.params.segmentation.patch);
     context.observer.stage(Stage::Segment, patches.len());
     let (model, coloured) = classifier(context, photographed)?;
     let params = segment_params(context.params);
+    let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
     let done: Vec<Option<(TileComponents, MosaicTile)>> = patches
         .par_iter()
         .map(|&patch| {
@@ -42,8 +48,14 @@ pub(crate) fn segment(
             let components = match found {
                 Some(components) => components,
                 None => {
-                    let labels = label(context, ortho, terrain, &model, coloured, &params, patch)
+                    let mut labels = label(context, ortho, terrain, &model, coloured, &params, patch)
                         .map_err(|reason| context.failed(Stage::Segment, &name, reason))?;
+                    if let Some(given) = &given {
+                        correct(&mut labels, &given.on(patch, frame)?);
+                    }
+                    if let Some(known) = footprints {
+                        confine(&mut labels, &known.built(patch));
+                    }
                     let (components, _) = TileComponents::of(&labels, |&l| l == Label::Building as u8);
                     LabelTile(labels).write(&path)?;
                     artefact::write_json(&beside, &components)?;
@@ -154,6 +166,28 @@ fn label(
     Ok(labels.crop(patch, artefact::NO_LABEL))
 }
 
+/// Replaces labels by those that are given, where there are any and a surface was seen.
+fn correct(labels: &mut Raster<u8>, given: &Raster<u8>) {
+    for (label, &given) in labels.values_mut().iter_mut().zip(given.values()) {
+        if *label != artefact::NO_LABEL && given != label_map::NONE {
+            *label = given;
+        }
+    }
+}
+
+/// Makes building what lies in a footprint, and nothing else.
+fn confine(labels: &mut Raster<u8>, built: &Raster<bool>) {
+    let building = Label::Building as u8;
+    for (label, &built) in labels.values_mut().iter_mut().zip(built.values()) {
+        match (built, *label) {
+            (_, artefact::NO_LABEL) => {}
+            (true, _) => *label = building,
+            (false, other) if other == building => *label = Label::Ground as u8,
+            (false, _) => {}
+        }
+    }
+}
+
 fn centre(window: GridWindow) -> gable_geometry::DVec2 {
     let b = window.bounds();
     0.5 * (b.min + b.max)
@@ -169,6 +203,18 @@ impl Labelled {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_given_holds_where_a_surface_was_seen() {
+        let window = GridWindow { step: 1.0, x0: 0, y0: 0, width: 5, height: 1 };
+        assert_eq!(label_map::CLASSES, Label::ALL.map(Label::name), "numbers of classes mean the same");
+        let (building, tree) = (Label::Building as u8, Label::Tree as u8);
+        let mut labels = Raster::new(window, vec![0, building, building, tree, artefact::NO_LABEL]);
+        correct(&mut labels, &Raster::new(window, vec![tree, label_map::NONE, 1, building, building]));
+        assert_eq!(labels.values(), [tree, building, 1, building, artefact::NO_LABEL]);
+        confine(&mut labels, &Raster::new(window, vec![true, false, false, false, true]));
+        assert_eq!(labels.values(), [building, 0, 1, 0, artefact::NO_LABEL]);
+    }
 
     #[test]
     fn the_defaults_are_the_labelling_crates_and_the_preset_is_the_published_rule() {

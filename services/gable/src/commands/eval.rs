@@ -2,12 +2,12 @@
 
 use crate::cli::EvalArgs;
 use crate::exit::{Outcome, UsageError};
-use crate::label_map::{self, CLASSES};
 use crate::terminal;
 use anyhow::Context as _;
 use gable_city_model::{CityModel, ReadOptions, read_cityjson};
 use gable_evaluation::{Evaluation, Inputs, LabelRasters, Options, evaluate, html_report, inspect};
 use gable_geometry::DVec3;
+use gable_pipeline::label_map::{self, CLASSES};
 use gable_scene::{OpenOptions, Scene, SceneError, Triangle};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;

@@ -1,5 +1,6 @@
 //! The commands.
 
+mod bench;
 mod demo;
 mod eval;
 mod params;
@@ -19,6 +20,7 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Run(args) => run::run(args, cli.global.quiet),
         Command::Demo(args) => demo::run(args, cli.global.quiet),
         Command::Eval(args) => eval::run(args),
+        Command::Bench(args) => bench::run(args, cli.global.quiet),
         Command::Synth(args) => synth::run(args, cli.global.quiet),
         Command::Train(args) => train::run(args, cli.global.quiet),
         Command::Params(args) => params::run(args),

@@ -23,9 +23,14 @@ pub(crate) fn run(args: &SynthArgs, quiet: bool) -> anyhow::Result<Outcome> {
     if let Source::Truth { model, .. } = &params.source {
         (params.origin, params.crs) = (model.origin, model.crs.clone());
     }
+    let begin = std::time::Instant::now();
     let report = observed(&params, &args.out, quiet)?;
     if args.json {
-        terminal::json(&as_json(&report));
+        let mut told = as_json(&report);
+        told["seconds"] = json!(begin.elapsed().as_secs_f64());
+        told["core_seconds"] = json!(gable_pipeline::core_seconds());
+        told["peak_memory_bytes"] = json!(gable_pipeline::peak_memory_bytes());
+        terminal::json(&told);
     } else if !quiet {
         terminal::stdout(&text(&report, &args.out));
     }

@@ -2,11 +2,11 @@
 
 use crate::cli::TrainArgs;
 use crate::exit::{Outcome, UsageError};
-use crate::label_map::{self, LabelMap};
 use crate::progress::Progress;
 use crate::{interrupt, table, terminal};
 use anyhow::Context as _;
 use gable_ortho::{GridWindow, Raster};
+use gable_pipeline::label_map::{self, LabelMap};
 use gable_pipeline::{Params, SampledMesh, sample_mesh};
 use gable_segmentation::{
     FeatureSet, LabelledRaster, Model, TrainOptions, TrainReport, TreeScore, UNKNOWN, read_labelled_images, train,

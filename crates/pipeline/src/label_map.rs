@@ -1,0 +1,249 @@
+//! Label pictures on disk: those of a truth, and those that a run writes on request.
+//!
+//! A folder holds pairs of `NAME.png` (8 bit, the number of the class, row 0 north) and `NAME.json` (step, size, lower
+//! left corner). A truth counts from its frame's origin and names its classes in `truth.json` beside the folder.
+
+use crate::PipelineError;
+use gable_geometry::{Frame, dvec2};
+use gable_ortho::{GridWindow, Raster};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// The classes, in the order of the numbers that are used here.
+pub const CLASSES: [&str; 4] = ["ground", "grass", "tree", "building"];
+
+/// A pixel without a class, or of another one.
+pub const NONE: u8 = u8::MAX;
+
+/// Labels of a rectangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelMap {
+    /// Name of the file without its ending.
+    pub name: String,
+    /// World coordinates of the south-western corner.
+    pub corner: [f64; 2],
+    /// Edge of a pixel, metres.
+    pub step: f64,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Index into [`CLASSES`] or [`NONE`], row by row from the south.
+    pub labels: Vec<u8>,
+}
+
+impl LabelMap {
+    /// The label at world coordinates.
+    #[must_use]
+    pub fn at(&self, x: f64, y: f64) -> u8 {
+        let (column, row) = (((x - self.corner[0]) / self.step).floor(), ((y - self.corner[1]) / self.step).floor());
+        let inside = column >= 0.0 && row >= 0.0 && (column as usize) < self.width && (row as usize) < self.height;
+        if inside { self.labels[row as usize * self.width + column as usize] } else { NONE }
+    }
+}
+
+/// The maps of the folder `labels` in a truth or a result, in the order of their names.
+///
+/// # Errors
+/// If a file cannot be read, or does not say where it lies and what its numbers mean.
+pub fn read(folder: &Path) -> Result<Vec<LabelMap>, PipelineError> {
+    LabelFolder::open(folder)?.maps.iter().map(Described::load).collect()
+}
+
+/// A folder of label pictures of which only the descriptions have been read.
+#[derive(Clone, Debug)]
+pub(crate) struct LabelFolder {
+    maps: Vec<Described>,
+}
+
+/// A picture that has not been read.
+#[derive(Clone, Debug)]
+struct Described {
+    picture: PathBuf,
+    name: String,
+    corner: [f64; 2],
+    step: f64,
+    /// Index into [`CLASSES`] or [`NONE`], for each number in the picture.
+    classes: [u8; 256],
+}
+
+impl LabelFolder {
+    /// Reads the descriptions.
+    pub(crate) fn open(folder: &Path) -> Result<Self, PipelineError> {
+        let inner = folder.join("truth");
+        let folder = if inner.join("labels").is_dir() { inner } else { folder.to_owned() };
+        let labels = folder.join("labels");
+        let truth = folder.join("truth.json");
+        let truth = if truth.is_file() { json(&truth)? } else { Value::Null };
+        let io = |source| PipelineError::Io { path: labels.clone(), source };
+        let mut maps = Vec::new();
+        for entry in std::fs::read_dir(&labels).map_err(io)? {
+            let path = entry.map_err(io)?.path();
+            if path.extension().is_some_and(|e| e == "json") {
+                maps.push(Described::read(&path, &truth)?);
+            }
+        }
+        if maps.is_empty() {
+            return Err(PipelineError::Input(format!("{}: there are no labels in this folder", labels.display())));
+        }
+        maps.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(Self { maps })
+    }
+
+    /// Labels at the centres of the pixels of a window; [`NONE`] where none are given.
+    pub(crate) fn on(&self, window: GridWindow, frame: &Frame) -> Result<Raster<u8>, PipelineError> {
+        let [west, south, _] = frame.origin;
+        let mut out = Raster::filled(window, NONE);
+        let bounds = window.bounds();
+        for described in &self.maps {
+            let corner = dvec2(described.corner[0] - west, described.corner[1] - south);
+            // Pictures are not read to learn their size where their corner alone tells that they lie elsewhere.
+            if corner.x >= bounds.max.x || corner.y >= bounds.max.y {
+                continue;
+            }
+            let (width, height) = described.size()?;
+            let far = corner + dvec2(f64::from(width), f64::from(height)) * described.step;
+            if far.x <= bounds.min.x || far.y <= bounds.min.y {
+                continue;
+            }
+            let map = described.load()?;
+            for row in 0..window.height {
+                for column in 0..window.width {
+                    let at = window.centre(column, row);
+                    let label = map.at(at.x + west, at.y + south);
+                    if label != NONE {
+                        out[(column, row)] = label;
+                    }
+                }
+            }
+        }
+        Ok(out)
+    }
+}
+
+fn json(path: &Path) -> Result<Value, PipelineError> {
+    let text = std::fs::read_to_string(path).map_err(|source| PipelineError::Io { path: path.to_owned(), source })?;
+    serde_json::from_str(&text).map_err(|e| PipelineError::Input(format!("{}: {e}", path.display())))
+}
+
+impl Described {
+    fn read(path: &Path, truth: &Value) -> Result<Self, PipelineError> {
+        let about = json(path)?;
+        let wrong = |what: &str| PipelineError::Input(format!("{}: {what} is missing or wrong", path.display()));
+        let number = |value: &Value| value.as_f64();
+        let corner = match (about.get("lower_left_world"), about.get("lower_left")) {
+            (Some(world), _) => [number(&world[0]), number(&world[1])],
+            (None, Some(local)) => {
+                let origin = &truth["frame"]["origin"];
+                [0, 1].map(|i| Some(number(&local[i])? + number(&origin[i])?))
+            }
+            (None, None) => [None; 2],
+        };
+        let [Some(west), Some(south)] = corner else { return Err(wrong("the lower left corner")) };
+        let step = number(&about["step"]).filter(|s| *s > 0.0).ok_or_else(|| wrong("the step"))?;
+        let codes = about.get("classes").unwrap_or(&truth["classes"]).as_object();
+        let codes = codes.ok_or_else(|| wrong("the classes"))?;
+        let mut classes = [NONE; 256];
+        for (index, name) in CLASSES.iter().enumerate() {
+            if let Some(code) = codes.get(*name).and_then(Value::as_u64).and_then(|c| usize::try_from(c).ok()) {
+                *classes.get_mut(code).ok_or_else(|| wrong("a class"))? = index as u8;
+            }
+        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { picture: path.with_extension("png"), name, corner: [west, south], step, classes })
+    }
+
+    fn wrong(&self, reason: impl std::fmt::Display) -> PipelineError {
+        PipelineError::Input(format!("{}: {reason}", self.picture.display()))
+    }
+
+    fn size(&self) -> Result<(u32, u32), PipelineError> {
+        image::image_dimensions(&self.picture).map_err(|e| self.wrong(e))
+    }
+
+    fn load(&self) -> Result<LabelMap, PipelineError> {
+        let image = image::open(&self.picture).map_err(|e| self.wrong(e))?.into_luma8();
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let rows = image.as_raw().chunks_exact(width.max(1)).rev();
+        let labels = rows.flatten().map(|&code| self.classes[usize::from(code)]).collect();
+        Ok(LabelMap { name: self.name.clone(), corner: self.corner, step: self.step, width, height, labels })
+    }
+}
+
+/// The labels of two sets of maps on the pixels of the first: columns, rows, step, and both sets row by row from the
+/// south. `None` if the first is empty.
+#[must_use]
+pub fn together(truth: &[LabelMap], result: &[LabelMap]) -> Option<(usize, usize, f64, [Vec<u8>; 2])> {
+    let step = truth.first()?.step;
+    let fold = |f: fn(f64, f64) -> f64, of: &dyn Fn(&LabelMap) -> f64| truth.iter().map(of).reduce(f);
+    let (west, south) = (fold(f64::min, &|m| m.corner[0])?, fold(f64::min, &|m| m.corner[1])?);
+    let east = fold(f64::max, &|m| m.corner[0] + m.width as f64 * m.step)?;
+    let north = fold(f64::max, &|m| m.corner[1] + m.height as f64 * m.step)?;
+    let (width, height) = (((east - west) / step).round() as usize, ((north - south) / step).round() as usize);
+    let draw = |maps: &[LabelMap]| {
+        let mut out = vec![NONE; width * height];
+        for map in maps {
+            // Rounded outwards: whether a pixel's centre is inside is asked below.
+            let range = |from: f64, pixels: usize, all: usize| {
+                let (first, last) = ((from / step).floor(), ((from + pixels as f64 * map.step) / step).ceil());
+                (first.max(0.0) as usize).min(all)..(last.max(0.0) as usize).min(all)
+            };
+            let columns = range(map.corner[0] - west, map.width, width);
+            for y in range(map.corner[1] - south, map.height, height) {
+                for x in columns.clone() {
+                    let label = map.at(west + (x as f64 + 0.5) * step, south + (y as f64 + 0.5) * step);
+                    if label != NONE {
+                        out[y * width + x] = label;
+                    }
+                }
+            }
+        }
+        out
+    };
+    Some((width, height, step, [draw(truth), draw(result)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(west: f64, step: f64, width: usize, labels: Vec<u8>) -> LabelMap {
+        let height = labels.len() / width;
+        LabelMap { name: String::new(), corner: [west, 100.0], step, width, height, labels }
+    }
+
+    #[test]
+    fn maps_are_laid_beside_each_other() {
+        let truth = [map(10.0, 1.0, 2, vec![0, 1, 2, 3]), map(12.0, 1.0, 1, vec![3, 3])];
+        let result = [map(10.5, 0.5, 4, vec![1; 8])];
+        let (width, height, step, [a, b]) = together(&truth, &result).unwrap();
+        assert_eq!((width, height, step), (3, 2, 1.0));
+        assert_eq!(a, [0, 1, 3, 2, 3, 3]);
+        assert_eq!(b, [1, 1, NONE, NONE, NONE, NONE], "pixels are compared at their centres");
+        assert!(together(&[], &result).is_none());
+    }
+
+    #[test]
+    fn a_truth_is_read_in_world_coordinates() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("labels")).unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write(
+            "truth.json",
+            r#"{"frame": {"origin": [1000, 2000, 0]}, "classes": {"ground": 0, "tree": 7, "clutter": 4}}"#,
+        );
+        write("labels/a.json", r#"{"step": 0.5, "lower_left": [1, 2]}"#);
+        image::GrayImage::from_raw(2, 2, vec![7, 4, 0, 0]).unwrap().save(folder.path().join("labels/a.png")).unwrap();
+        let maps = read(folder.path()).unwrap();
+        // A raster of another step and origin takes what lies under the centres of its pixels.
+        let frame = Frame { origin: [1000.5, 2000.0, 0.0], crs: gable_geometry::Crs::Unknown };
+        let window = GridWindow { step: 0.25, x0: 1, y0: 7, width: 4, height: 4 };
+        let on = LabelFolder::open(folder.path()).unwrap().on(window, &frame).unwrap();
+        assert_eq!(on.row(0), [NONE; 4], "below the picture");
+        assert_eq!(on.row(1), [NONE, 0, 0, 0], "left of it");
+        assert_eq!(on.row(3), [NONE, 2, 2, NONE], "its upper row, of which one pixel is clutter");
+        assert_eq!((maps[0].corner, maps[0].labels.clone()), ([1001.0, 2002.0], vec![0, 0, 2, NONE]));
+        write("labels/b.json", r#"{"step": 0.5}"#);
+        assert!(read(folder.path()).unwrap_err().to_string().contains("lower left corner"));
+    }
+}
