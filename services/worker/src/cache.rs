@@ -1,0 +1,120 @@
+//! Contents of artefacts on the local disk.
+
+use crate::WorkerError;
+use gable_job_store::{BlobId, Blobs, JobStoreError};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Blobs that were fetched or made here. Files in it are complete, named by their hash, and never changed.
+#[derive(Clone, Debug)]
+pub(crate) struct Cache {
+    folder: PathBuf,
+    /// Bytes that may stay.
+    most: u64,
+}
+
+impl Cache {
+    pub(crate) fn open(folder: &Path, most: u64) -> Result<Self, WorkerError> {
+        std::fs::create_dir_all(folder).map_err(|source| WorkerError::Folder { path: folder.to_owned(), source })?;
+        Ok(Self { folder: folder.to_owned(), most })
+    }
+
+    fn place(&self, id: BlobId) -> PathBuf {
+        self.folder.join(id.to_string())
+    }
+
+    /// Puts a content where a task wants it: linked, so that it costs no disk.
+    pub(crate) async fn lay(&self, blobs: &Blobs, id: BlobId, place: &Path) -> Result<(), JobStoreError> {
+        let kept = self.place(id);
+        let wrong = |source| JobStoreError::File { path: place.to_owned(), source };
+        if let Some(parent) = place.parent() {
+            tokio::fs::create_dir_all(parent).await.map_err(wrong)?;
+        }
+        // Another task may evict it between the two steps, hence the second try.
+        for _ in 0..2 {
+            match tokio::fs::hard_link(&kept, place).await {
+                Ok(()) => {
+                    touch(&kept);
+                    return Ok(());
+                }
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                    let content = blobs.get(id).await?;
+                    self.keep(id, &content).await?;
+                }
+                Err(e) => return Err(wrong(e)),
+            }
+        }
+        let content = blobs.get(id).await?;
+        tokio::fs::write(place, &content).await.map_err(wrong)
+    }
+
+    /// Keeps a content; it is there whole or not at all.
+    pub(crate) async fn keep(&self, id: BlobId, content: &[u8]) -> Result<(), JobStoreError> {
+        let wrong = |source| JobStoreError::File { path: self.folder.clone(), source };
+        let file = tempfile::NamedTempFile::new_in(&self.folder).map_err(wrong)?;
+        tokio::fs::write(file.path(), content).await.map_err(wrong)?;
+        let mut permissions = file.as_file().metadata().map_err(wrong)?.permissions();
+        permissions.set_readonly(true);
+        file.as_file().set_permissions(permissions).map_err(wrong)?;
+        file.persist(self.place(id)).map_err(|e| wrong(e.error))?;
+        Ok(())
+    }
+
+    /// Removes what was not used for longest until the rest is within the limit.
+    pub(crate) fn tidy(&self) {
+        let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
+        let mut files: Vec<(SystemTime, PathBuf, u64)> = entries
+            .flatten()
+            .filter_map(|e| {
+                let about = e.metadata().ok()?;
+                Some((about.modified().ok()?, e.path(), about.len()))
+            })
+            .collect();
+        let mut total: u64 = files.iter().map(|f| f.2).sum();
+        files.sort();
+        for (_, path, bytes) in files {
+            if total <= self.most {
+                return;
+            }
+            if std::fs::remove_file(&path).is_ok() {
+                total -= bytes;
+            }
+        }
+    }
+}
+
+/// Notes that a file was used. Failing is harmless: it may leave the cache earlier.
+fn touch(path: &Path) {
+    if let Ok(file) = std::fs::File::open(path) {
+        let _ = file.set_modified(SystemTime::now());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn contents_are_fetched_once_and_the_oldest_leave() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let blobs = Blobs::in_folder(&folder.path().join("store")).expect("opens");
+        let cache = Cache::open(&folder.path().join("cache"), 25).expect("opens");
+        let mut ids = Vec::new();
+        for n in 0..3_u8 {
+            ids.push(blobs.put(vec![n; 10]).await.expect("put"));
+        }
+        let place = |n: usize| folder.path().join(format!("task/deep/{n}"));
+        cache.lay(&blobs, ids[0], &place(0)).await.expect("laid");
+        blobs.remove(ids[0]).await.expect("removed");
+        cache.lay(&blobs, ids[0], &place(9)).await.expect("still in the cache");
+        assert_eq!(std::fs::read(place(9)).expect("read"), [0; 10]);
+        cache.lay(&blobs, ids[1], &place(1)).await.expect("laid");
+        cache.lay(&blobs, ids[2], &place(2)).await.expect("laid");
+        let old = std::time::UNIX_EPOCH;
+        std::fs::File::open(cache.place(ids[1])).expect("there").set_modified(old).expect("dated");
+        cache.tidy();
+        assert!(!cache.place(ids[1]).exists() && cache.place(ids[2]).exists());
+        assert_eq!(std::fs::read(place(1)).expect("read"), [1; 10], "a task keeps what it was given");
+        assert!(matches!(cache.lay(&blobs, BlobId::of(b"none"), &place(3)).await, Err(JobStoreError::Objects(_))));
+    }
+}

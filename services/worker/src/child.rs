@@ -1,0 +1,179 @@
+//! One task's child process, under limits.
+
+use crate::WorkerError;
+use crate::protocol::{BAD_INPUT, Order, PHASE, Report};
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
+use tokio::process::{Child, ChildStdout, Command};
+use tokio::sync::watch;
+use tokio::time::Instant;
+
+/// What a child may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Resident memory, bytes.
+    pub memory: u64,
+    /// Wall time.
+    pub time: Duration,
+}
+
+/// How often the memory of a child is looked at.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Longest line that a child may say, bytes; the rest of a longer one is dropped.
+const LINE: usize = 1 << 20;
+
+/// How a child ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Ended {
+    /// Well, with this result.
+    Well(Report),
+    /// Its input is bad.
+    BadInput(String),
+    /// Otherwise; another attempt may go better.
+    Badly(String),
+    /// It was stopped because the task is no longer the worker's.
+    Stopped,
+}
+
+/// What a child says about itself while it runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct State {
+    /// How far it is.
+    pub(crate) phase: String,
+    /// Its resident memory, bytes.
+    pub(crate) memory: u64,
+}
+
+/// Runs a child to its end. `stop` becomes true when the task is lost; `state` tells how the child does.
+pub(crate) async fn run(
+    program: &[OsString],
+    folder: &Path,
+    order: &Order,
+    limits: Limits,
+    mut stop: watch::Receiver<bool>,
+    state: &watch::Sender<State>,
+) -> Result<Ended, WorkerError> {
+    let (name, arguments) = program.split_first().map_or_else(|| (OsString::new(), &[][..]), |(n, a)| (n.clone(), a));
+    let mut child = Command::new(&name)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .kill_on_drop(true)
+        .spawn()
+        .map_err(|source| WorkerError::Program { program: name.to_string_lossy().into_owned(), source })?;
+    let pid = child.id();
+    let begin = Instant::now();
+    // Held open until the child has ended: its end of the pipe is how the child sees that the worker is gone.
+    let mut input = child.stdin.take();
+    if let Some(pipe) = &mut input {
+        let line = serde_json::to_string(order).unwrap_or_default() + "\n";
+        // A child that ends before it has read this tells why on its log.
+        let _ = pipe.write_all(line.as_bytes()).await;
+    }
+    let answer = tokio::spawn(last_line(child.stdout.take()));
+    let log = {
+        let (lines, state, unit) = (child.stderr.take(), state.clone(), order.unit.clone());
+        tokio::spawn(async move {
+            let mut last = String::new();
+            let Some(lines) = lines else { return last };
+            let mut lines = BufReader::new(lines);
+            while let Some(line) = next_line(&mut lines).await {
+                if let Some(phase) = line.strip_prefix(PHASE) {
+                    state.send_modify(|s| s.phase = phase.to_owned());
+                } else if !line.trim().is_empty() {
+                    tracing::debug!(unit, "{line}");
+                    last = line;
+                }
+            }
+            last
+        })
+    };
+    let mut broken = None;
+    let status = loop {
+        tokio::select! {
+            status = child.wait() => break status,
+            changed = stop.changed() => {
+                if changed.is_err() || *stop.borrow() {
+                    kill(&mut child).await;
+                    return Ok(Ended::Stopped);
+                }
+            }
+            () = tokio::time::sleep(LOOK) => {
+                let memory = pid.and_then(resident_memory).unwrap_or(0);
+                state.send_modify(|s| s.memory = memory);
+                if memory > limits.memory {
+                    let (used, most) = (memory >> 20, limits.memory >> 20);
+                    broken = Some(format!("used {used} MB of memory, more than the limit of {most} MB"));
+                } else if begin.elapsed() > limits.time {
+                    broken = Some(format!("took longer than the limit of {} s", limits.time.as_secs_f64()));
+                }
+                if broken.is_some() {
+                    kill(&mut child).await;
+                    break child.wait().await;
+                }
+            }
+        }
+    };
+    drop(input);
+    let (answer, said) = (answer.await.unwrap_or_default(), log.await.unwrap_or_default());
+    if let Some(reason) = broken {
+        return Ok(Ended::Badly(reason));
+    }
+    let status = status.map_err(|source| WorkerError::Folder { path: folder.to_owned(), source })?;
+    Ok(match status.code() {
+        Some(0) => match serde_json::from_str(&answer) {
+            Ok(report) => Ended::Well(report),
+            Err(e) => Ended::Badly(format!("its report cannot be read: {e}")),
+        },
+        Some(BAD_INPUT) => Ended::BadInput(said),
+        _ => Ended::Badly(if said.is_empty() { status.to_string() } else { format!("{status}: {said}") }),
+    })
+}
+
+async fn kill(child: &mut Child) {
+    // An error means that it has ended by itself.
+    let _ = child.kill().await;
+}
+
+async fn last_line(output: Option<ChildStdout>) -> String {
+    let mut last = String::new();
+    let Some(output) = output else { return last };
+    let mut lines = BufReader::new(output);
+    while let Some(line) = next_line(&mut lines).await {
+        if !line.trim().is_empty() {
+            last = line;
+        }
+    }
+    last
+}
+
+/// The next line, at most [`LINE`] bytes of it; none at the end.
+async fn next_line(lines: &mut (impl AsyncBufReadExt + Unpin)) -> Option<String> {
+    let mut line = Vec::new();
+    loop {
+        let chunk = lines.fill_buf().await.ok()?;
+        if chunk.is_empty() {
+            return if line.is_empty() { None } else { Some(String::from_utf8_lossy(&line).into_owned()) };
+        }
+        let end = chunk.iter().position(|&b| b == b'\n');
+        let taken = end.unwrap_or(chunk.len());
+        line.extend_from_slice(&chunk[..taken.min(LINE.saturating_sub(line.len()))]);
+        lines.consume(end.map_or(taken, |e| e + 1));
+        if end.is_some() {
+            return Some(String::from_utf8_lossy(&line).into_owned());
+        }
+    }
+}
+
+/// Resident memory of a process, bytes; none where the system does not tell.
+fn resident_memory(pid: u32) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kb| kb << 10)
+}

@@ -1,0 +1,149 @@
+//! The loop: claim, do, claim.
+
+use crate::cache::Cache;
+use crate::child::State;
+use crate::task::Around;
+use crate::{Limits, WorkerError};
+use gable_job_store::{Blobs, Claim, JobStoreError, Store, Worker as Seen};
+use std::convert::Infallible;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// How a worker works.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Its name, unique among all workers that ever were.
+    pub id: String,
+    /// Name of its machine.
+    pub host: String,
+    /// The program that does the tasks, with its arguments.
+    pub program: Vec<OsString>,
+    /// Where tasks have their folders and fetched blobs stay.
+    pub folder: PathBuf,
+    /// Bytes of fetched blobs that stay.
+    pub cache: u64,
+    /// How long a task is held without a heartbeat; there are three in it.
+    pub lease: Duration,
+    /// What a child may use.
+    pub limits: Limits,
+    /// How often to look for a task when there is none.
+    pub pace: Duration,
+    /// How long tasks under way may go on after the worker was told to stop.
+    pub grace: Duration,
+}
+
+/// A worker; it does one task at a time. For more, run several with one folder each.
+#[derive(Debug)]
+pub struct Worker {
+    store: Store,
+    blobs: Blobs,
+    cache: Cache,
+    settings: Settings,
+    state: watch::Sender<State>,
+    /// The task under way.
+    task: Mutex<Option<String>>,
+}
+
+impl Worker {
+    /// A worker with its folder, which is made if it is not there.
+    ///
+    /// # Errors
+    /// If the folder cannot be made.
+    pub fn new(store: Store, blobs: Blobs, settings: Settings) -> Result<Self, WorkerError> {
+        let cache = Cache::open(&settings.folder.join("blobs"), settings.cache)?;
+        Ok(Self { store, blobs, cache, settings, state: watch::Sender::new(State::default()), task: Mutex::new(None) })
+    }
+
+    /// Works until `stop` becomes true.
+    ///
+    /// # Errors
+    /// What would hit every task: the worker's folder or its program. While the database is away, the worker waits.
+    pub async fn run(&self, stop: watch::Receiver<bool>) -> Result<(), WorkerError> {
+        tokio::select! {
+            ended = self.work(stop) => ended,
+            never = self.be_seen() => match never {},
+        }
+    }
+
+    async fn work(&self, mut stop: watch::Receiver<bool>) -> Result<(), WorkerError> {
+        let (drain, drained) = watch::channel(false);
+        while !*stop.borrow() {
+            match self.claim().await {
+                Ok(Some(claim)) => {
+                    tracing::info!(job = claim.job, stage = claim.stage, unit = claim.unit, "begins");
+                    let around = Around {
+                        store: &self.store,
+                        blobs: &self.blobs,
+                        cache: &self.cache,
+                        settings: &self.settings,
+                        state: &self.state,
+                    };
+                    let task = around.carry_out(&claim, drained.clone());
+                    tokio::pin!(task);
+                    tokio::select! {
+                        ended = &mut task => ended?,
+                        () = stopped(&mut stop) => {
+                            if let Ok(ended) = tokio::time::timeout(self.settings.grace, &mut task).await {
+                                ended?;
+                            } else {
+                                drain.send_replace(true);
+                                task.await?;
+                            }
+                        }
+                    }
+                    self.state.send_replace(State::default());
+                    self.cache.tidy();
+                }
+                Ok(None) => self.wait(&mut stop).await,
+                Err(e) => {
+                    tracing::warn!("no task can be had: {e}");
+                    self.wait(&mut stop).await;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    async fn wait(&self, stop: &mut watch::Receiver<bool>) {
+        tokio::select! {
+            () = tokio::time::sleep(self.settings.pace) => {}
+            () = stopped(stop) => {}
+        }
+    }
+
+    async fn claim(&self) -> Result<Option<Claim>, JobStoreError> {
+        self.store.reap().await?;
+        let claim = self.store.claim(&self.settings.id, self.settings.lease).await?;
+        let name = claim.as_ref().map(|c| format!("{} {} {}", c.job, c.stage, c.unit));
+        *self.task.lock().unwrap_or_else(PoisonError::into_inner) = name;
+        Ok(claim)
+    }
+
+    /// Says from time to time that the worker is alive, and what it does.
+    async fn be_seen(&self) -> Infallible {
+        loop {
+            let seen = Seen {
+                id: self.settings.id.clone(),
+                host: self.settings.host.clone(),
+                pid: i64::from(std::process::id()),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                started: 0,
+                seen: 0,
+                task: self.task.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+                memory: i64::try_from(self.state.borrow().memory).unwrap_or(i64::MAX),
+            };
+            if let Err(e) = self.store.see_worker(&seen).await {
+                tracing::warn!("the worker cannot say that it is alive: {e}");
+            }
+            tokio::time::sleep(self.settings.lease / 3).await;
+        }
+    }
+}
+
+/// Ends when the worker is to stop, or whoever could tell it to is gone.
+async fn stopped(stop: &mut watch::Receiver<bool>) {
+    let _ = stop.wait_for(|&s| s).await;
+}
