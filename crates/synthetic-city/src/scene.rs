@@ -76,6 +76,14 @@ impl Scene {
         self.bins[3].touching(window)
     }
 
+    /// Bare ground, or the surface of water, at a place, metres.
+    #[must_use]
+    pub fn ground(&self, p: DVec2) -> f64 {
+        let here = self.patches_in(&Box2 { min: p, max: p });
+        let last = here.into_iter().rev().map(|n| &self.patches[n]).find(|patch| patch.covers(p));
+        last.and_then(|patch| patch.level).unwrap_or_else(|| self.relief.height(p))
+    }
+
     /// The building over a place.
     #[must_use]
     pub fn building_at(&self, p: DVec2) -> Option<usize> {

@@ -138,7 +138,7 @@ fn sense_tile(scene: &Scene, params: &SynthParams, tile: &Tile) -> (Columns, Tri
     let area = (x1 - x0) as f64 * (y1 - y0) as f64 * VOXEL * VOXEL;
     let mut mesh = decimate::decimate(&fine, (area * params.density) as usize);
     if params.noise > 0.0 {
-        defects::tear(&mut mesh, &field, params.seed);
+        defects::tear(&mut mesh, &field, &columns, params.seed);
         defects::spike_and_fold(&mut mesh, params.seed);
         defects::misplace(&mut mesh, params.seed, tile.ix, tile.iy);
         mesh.compact();

@@ -2,7 +2,7 @@
 
 use gable_city_model::{CityModel, Semantic, Shell, Tolerances, validate_solid};
 use gable_geometry::{Crs, DVec2, ring_area};
-use gable_synthetic_city::{RoofCase, Scene, Source, SynthParams, scene};
+use gable_synthetic_city::{Cover, RoofCase, Scene, Source, SynthParams, scene};
 
 fn make(source: Source, seed: u64, slope: f64) -> Scene {
     scene(&SynthParams { seed, source, slope, ..SynthParams::default() }).expect("valid parameters")
@@ -139,4 +139,26 @@ fn a_model_without_solids_is_refused() {
     let params = SynthParams { source: Source::Truth { model: Box::new(model), repeat: 1 }, ..SynthParams::default() };
     let message = scene(&params).err().expect("an error").to_string();
     assert!(message.starts_with("the truth has no building with a usable LOD2 solid"), "{message}");
+}
+
+/// Water is level, under the ground around it, and nothing stands in it.
+#[test]
+fn water_is_level_and_free() {
+    let scene = make(Source::Procedural { area_km2: 0.2 }, 101, 0.05);
+    let water: Vec<_> = scene.patches.iter().filter(|p| p.cover == Cover::Water).collect();
+    assert!(water.len() > 10, "{} pieces", water.len());
+    for patch in water {
+        let level = patch.level.expect("water has a level");
+        for i in -9..=9 {
+            for j in -9..=9 {
+                let p = patch.plan.at(f64::from(i) / 10.0, f64::from(j) / 10.0);
+                assert_eq!(scene.ground(p), level);
+                assert!(level < scene.relief.height(p) - 0.3, "{level} at {p}");
+                assert_eq!(scene.building_at(p), None);
+            }
+        }
+        assert!(scene.trees.iter().all(|t| !patch.covers(t.place)));
+        let beside = patch.plan.at(0.0, 1.0 + 0.5 / patch.plan.half_width);
+        assert_eq!(scene.ground(beside), scene.relief.height(beside));
+    }
 }

@@ -83,7 +83,7 @@ fn write_terrain(folder: &Path, scene: &Scene, world: &Value) -> Result<(), Synt
     for j in 0..ny {
         for i in 0..nx {
             let p = scene.extent.min + dvec2(i as f64, j as f64) * TERRAIN_STEP;
-            let z = scene.relief.height(p) as f32;
+            let z = scene.ground(p) as f32;
             out.write_all(&z.to_le_bytes()).map_err(SynthError::io(&path))?;
         }
     }
@@ -114,7 +114,7 @@ fn write_buildings(folder: &Path, scene: &Scene, origin: [f64; 3], crs: &Crs) ->
     out.flush().map_err(SynthError::io(&path))
 }
 
-/// The bare ground as triangles over a grid; flat to within 2 cm between its nodes.
+/// The bare ground as triangles over a grid; flat to within 2 cm between its nodes, but for the edges of water.
 fn tin(scene: &Scene) -> Terrain {
     let size = scene.extent.size();
     let (nx, ny) = ((size.x / TIN_STEP).ceil() as u32 + 1, (size.y / TIN_STEP).ceil() as u32 + 1);
@@ -122,7 +122,7 @@ fn tin(scene: &Scene) -> Terrain {
     for j in 0..ny {
         for i in 0..nx {
             let p = (scene.extent.min + dvec2(f64::from(i), f64::from(j)) * TIN_STEP).min(scene.extent.max);
-            terrain.vertices.push(p.extend(scene.relief.height(p)));
+            terrain.vertices.push(p.extend(scene.ground(p)));
             if i + 1 < nx && j + 1 < ny {
                 let k = j * nx + i;
                 terrain.triangles.extend([[k, k + 1, k + nx + 1], [k, k + nx + 1, k + nx]]);

@@ -150,5 +150,23 @@ fn surroundings(builder: &mut Builder) {
             builder.cars(p, p + DVec2::from_angle(c.range(0.0, 6.3)) * 5.0, 5.0, 1.0, false, &mut c);
         }
     }
+    ponds(builder, &probe);
     builder.buildings = probe.buildings;
+    super::layout::nothing_in_water(builder);
+}
+
+/// Ponds where nothing is built: one try for each 10,000 m².
+fn ponds(builder: &mut Builder, probe: &Scene) {
+    let mut c = Counter::keyed(builder.seed, &[22]);
+    let extent = builder.extent;
+    for _ in 0..(extent.size().x * extent.size().y / 10_000.0) as usize {
+        let centre = extent.min + extent.size() * dvec2(c.unit(), c.unit());
+        let axis = DVec2::from_angle(c.range(0.0, 3.2));
+        let plan = Oblong { centre, axis, half_length: c.range(5.0, 14.0), half_width: c.range(4.0, 8.0) };
+        let lattice = || (-4..=4).flat_map(|i| (-4..=4).map(move |j| (f64::from(i) * 0.3, f64::from(j) * 0.3)));
+        let free = |p: DVec2| extent.contains(p) && probe.buildings_in(&Box2 { min: p, max: p }).is_empty();
+        if lattice().all(|(s, t)| free(plan.at(s, t))) {
+            builder.water(plan);
+        }
+    }
 }

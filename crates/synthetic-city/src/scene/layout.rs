@@ -42,7 +42,14 @@ impl Builder {
     }
 
     pub(crate) fn patch(&mut self, cover: Cover, plan: Oblong) {
-        self.patches.push(Patch { cover, plan });
+        self.patches.push(Patch { cover, plan, level: None });
+    }
+
+    /// Water on a plan, level, a little below the lowest ground around it.
+    pub(crate) fn water(&mut self, plan: Oblong) {
+        let border = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (0.0, 0.0)].map(|(s, t)| plan.at(s, t));
+        let lowest = border.iter().map(|p| self.relief.height(*p)).fold(f64::INFINITY, f64::min);
+        self.patches.push(Patch { cover: Cover::Water, plan, level: Some(lowest - 0.7) });
     }
 
     fn fits(&self, plan: &Oblong) -> bool {
@@ -160,8 +167,10 @@ pub(crate) fn town(seed: u64, area_km2: f64, slope: f64) -> Scene {
             }
         }
     }
+    // One street in six is a canal.
+    let canal = Counter::keyed(seed, &[6]).index(6) as i64;
     for (i, j, plan) in &blocks {
-        streets(&mut town, plan, &mut Counter::keyed(seed, &[2, *i, *j]));
+        streets(&mut town, plan, j.rem_euclid(6) == canal, &mut Counter::keyed(seed, &[2, *i, *j]));
     }
     for (i, j, plan) in &blocks {
         fill_block(&mut town, plan, &mut Counter::keyed(seed, &[3, *i, *j]));
@@ -170,16 +179,37 @@ pub(crate) fn town(seed: u64, area_km2: f64, slope: f64) -> Scene {
     let inside = town.extent.grown(-1.0);
     town.trees.retain(|t| inside.contains(t.place));
     town.clutter.retain(|t| inside.contains(t.plan.centre));
+    nothing_in_water(&mut town);
     town.finish()
 }
 
-/// Half of a street on each side of a cell, with pavement, cars and street trees.
-fn streets(town: &mut Builder, cell: &Oblong, c: &mut Counter) {
+/// Takes away what would stand in water.
+pub(crate) fn nothing_in_water(town: &mut Builder) {
+    let water: Vec<Oblong> = town.patches.iter().filter(|p| p.cover == Cover::Water).map(|p| p.plan).collect();
+    let boxes: Vec<Box2> = water.iter().map(|w| Box2::of(w.ring())).collect();
+    let bins = crate::bins::Bins::new(&boxes);
+    let dry = |p: DVec2| bins.touching(&Box2 { min: p, max: p }).into_iter().all(|n| !water[n].contains(p));
+    town.trees.retain(|t| dry(t.place));
+    town.clutter.retain(|t| t.thing.on_building() || dry(t.plan.centre));
+}
+
+/// Half of a street on each side of a cell, with pavement, cars and street trees. The first may be a canal, whose level
+/// falls from weir to weir, and which ends at the streets that cross it.
+fn streets(town: &mut Builder, cell: &Oblong, canal: bool, c: &mut Counter) {
     for (plan, half) in [(*cell, 4.0), (turned(cell), 3.4)] {
         let edge = Oblong { centre: plan.at(0.0, -1.0), half_width: half, ..plan };
         town.patch(Cover::Pavement, Oblong { half_width: half + 1.8, half_length: plan.half_length + half, ..edge });
     }
-    for (plan, half) in [(*cell, 4.0), (turned(cell), 3.4)] {
+    for (n, (plan, half)) in [(*cell, 4.0), (turned(cell), 3.4)].into_iter().enumerate() {
+        if canal && n == 0 {
+            let whole =
+                Oblong { half_length: plan.half_length - 5.4, half_width: 3.6, centre: plan.at(0.0, -1.0), ..plan };
+            for k in 0..4 {
+                let s = (f64::from(k) - 1.5) / 2.0;
+                town.water(Oblong { centre: whole.at(s, 0.0), half_length: whole.half_length / 4.0, ..whole });
+            }
+            continue;
+        }
         let edge =
             Oblong { centre: plan.at(0.0, -1.0), half_width: half, half_length: plan.half_length + half, ..plan };
         town.patch(Cover::Asphalt, edge);
@@ -389,6 +419,7 @@ fn park(town: &mut Builder, plan: &Oblong, c: &mut Counter) {
     }
     let path = Oblong { half_width: 1.5, ..*plan };
     town.patch(Cover::Soil, path);
+    town.water(part(plan, 0.3, 0.85, 0.25, 0.85));
     let pavilion = Oblong { half_length: 4.0, half_width: 4.0, ..*plan };
     town.house(Form::Pyramid, &pavilion, 3.2, 0.6, c);
 }

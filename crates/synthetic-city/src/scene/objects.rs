@@ -150,6 +150,8 @@ pub enum Cover {
     Soil,
     /// Car park with painted bays.
     Parking,
+    /// Water, level: it mirrors, so matching finds holes and waves in it.
+    Water,
 }
 
 /// A rectangle of ground cover; later ones lie over earlier ones.
@@ -159,4 +161,14 @@ pub struct Patch {
     pub cover: Cover,
     /// Plan.
     pub plan: Oblong,
+    /// Height of the surface where it is level and not the ground's: water, metres.
+    pub level: Option<f64>,
+}
+
+impl Patch {
+    /// Whether it covers a place.
+    #[must_use]
+    pub fn covers(&self, p: DVec2) -> bool {
+        self.plan.contains(p)
+    }
 }

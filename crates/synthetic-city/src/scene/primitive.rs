@@ -48,6 +48,13 @@ impl Oblong {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].iter().map(|&(s, t)| self.at(s, t)).collect()
     }
 
+    /// Whether a place is inside or on its border.
+    #[must_use]
+    pub fn contains(&self, p: DVec2) -> bool {
+        let d = p - self.centre;
+        d.dot(self.axis).abs() <= self.half_length && d.dot(self.axis.perp()).abs() <= self.half_width
+    }
+
     /// The place at `s` half lengths along and `t` half widths across.
     #[must_use]
     pub fn at(&self, s: f64, t: f64) -> DVec2 {

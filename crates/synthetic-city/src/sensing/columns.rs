@@ -7,7 +7,7 @@ use super::COLUMN;
 use crate::noise::{hash, unit};
 use crate::scene::Scene;
 use crate::scene::objects::{Cover, Thing};
-use gable_geometry::{Box2, DVec2, dvec2, ring_contains};
+use gable_geometry::{Box2, DVec2, DVec3, dvec2, ring_contains};
 
 /// No object.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -121,6 +121,12 @@ impl Columns {
         columns
     }
 
+    /// Whether a place of the surface is water.
+    pub(crate) fn is_water(&self, p: DVec3) -> bool {
+        let column = self.at(p.truncate());
+        column.cover == Cover::Water && (p.z as f32) < column.ground + 0.6
+    }
+
     /// The window on the ground.
     pub(crate) fn window(&self) -> Box2 {
         let min = dvec2(self.x0 as f64, self.y0 as f64) * COLUMN;
@@ -187,14 +193,17 @@ impl Columns {
         for n in scene.patches_in(window) {
             let patch = scene.patches[n];
             self.each(&Box2::of(patch.plan.ring()), |p, column| {
-                let d = p - patch.plan.centre;
-                let inside = d.dot(patch.plan.axis).abs() <= patch.plan.half_length
-                    && d.dot(patch.plan.axis.perp()).abs() <= patch.plan.half_width;
-                if inside {
+                if patch.covers(p) {
                     column.cover = patch.cover;
                     column.patch = n as u32;
                 }
             });
+        }
+        for column in &mut self.data {
+            if let Some(level) = scene.patches.get(column.patch as usize).and_then(|p| p.level) {
+                column.ground = level as f32;
+                column.solid = column.ground;
+            }
         }
     }
 

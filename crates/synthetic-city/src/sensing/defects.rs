@@ -1,19 +1,21 @@
 //! Defects that do not emerge from the field: spikes, folds, torn patches, doubled faces.
 
 use super::TriMesh;
+use super::columns::Columns;
 use super::field::Field;
 use crate::noise::{hash, noise3, unit};
 use gable_geometry::DVec3;
 
-/// Tears holes where hardly any camera saw, and now and then elsewhere.
-pub(crate) fn tear(mesh: &mut TriMesh, field: &Field, seed: u64) {
+/// Tears holes where hardly any camera saw, in water, and now and then elsewhere.
+pub(crate) fn tear(mesh: &mut TriMesh, field: &Field, columns: &Columns, seed: u64) {
     let centre = |f: &[u32; 3]| f.iter().map(|&v| mesh.vertices[v as usize]).sum::<DVec3>() / 3.0;
     let kept: Vec<[u32; 3]> = mesh
         .faces
         .iter()
         .filter(|f| {
             let p = centre(f);
-            let limit = 0.98 - 0.42 * f64::from(field.hidden(p));
+            let wet = if columns.is_water(p) { 0.5 } else { 0.0 };
+            let limit = 0.98 - 0.42 * f64::from(field.hidden(p)) - wet;
             noise3(seed ^ 0x7ea, 2.4, p) < limit
         })
         .copied()

@@ -79,7 +79,8 @@ pub(crate) fn sense(columns: &Columns, seed: u64, noise: f64, x0: i64, y0: i64, 
                     let p = field.centre(i, j, l);
                     let weak = f64::from(fill(&field.seen[j * nx + i], p.z as f32));
                     let leafy = if columns.at(p.truncate()).crown.1 > p.z as f32 - 0.6 { 1.8 } else { 0.0 };
-                    d += (noise * (1.0 + 1.5 * weak + leafy) * correlated(seed, p)) as f32;
+                    let wet = if columns.is_water(p) { 2.0 } else { 0.0 };
+                    d += (noise * (1.0 + 1.5 * weak + leafy + wet) * correlated(seed, p)) as f32;
                 }
                 field.distance[k] = d;
                 k += 1;

@@ -42,6 +42,11 @@ pub(crate) fn ground(seed: u64, cover: Cover, patch: Option<&Patch>, p: DVec2) -
             let slab = lattice_unit(seed ^ 4, (p.x / 0.4).floor() as i64, (p.y / 0.4).floor() as i64, 0);
             scale([142.0, 128.0, 114.0], 0.9 + 0.14 * slab + 0.1 * wide)
         }
+        Cover::Water => {
+            // What it mirrors differs from picture to picture, in patches of metres.
+            let mirrored = 0.5 + 0.5 * noise2(seed ^ 6, 9.0, p.x, p.y);
+            scale(blend([46.0, 58.0, 50.0], [92.0, 104.0, 106.0], mirrored * mirrored), 1.0 + 0.1 * wide + 0.05 * fine)
+        }
         Cover::Soil => scale([150.0, 126.0, 94.0], 1.0 + 0.12 * wide + 0.08 * fine),
         Cover::Grass => {
             let dry = 0.5 + 0.5 * noise2(seed ^ 5, 14.0, p.x, p.y);
@@ -118,6 +123,10 @@ pub(crate) fn facade(building: &SceneBuilding, u: f64, corner: f64, z: f64, wall
 pub(crate) fn leaves(tree: &Tree, p: DVec3) -> Rgb {
     let tint = lattice_unit(tree.seed, 1, 2, 3);
     let base = match tree.species {
+        // Copper beeches and blood plums are dark red to purple, other brown crowns dry or in autumn.
+        Species::Copper if lattice_unit(tree.seed, 4, 5, 6) < 0.5 => {
+            blend([66.0, 38.0, 46.0], [96.0, 52.0, 56.0], tint)
+        }
         Species::Copper => blend([104.0, 66.0, 46.0], [138.0, 96.0, 52.0], tint),
         Species::Conifer => blend([48.0, 72.0, 46.0], [62.0, 84.0, 56.0], tint),
         Species::Poplar => blend([84.0, 108.0, 52.0], [100.0, 120.0, 60.0], tint),
