@@ -227,7 +227,18 @@ fn streets(town: &mut Builder, cell: &Oblong, canal: bool, c: &mut Counter) {
 
 fn fill_block(town: &mut Builder, cell: &Oblong, c: &mut Counter) {
     let lot = Oblong { half_length: cell.half_length - 6.2, half_width: cell.half_width - 6.8, ..*cell };
-    town.patch(Cover::Grass, lot);
+    let place = (lot.centre * 10.0).round();
+    let draw = Counter::keyed(town.seed, &[8, place.x as i64, place.y as i64]).unit();
+    town.patch(
+        if draw < 0.6 {
+            Cover::Grass
+        } else if draw < 0.8 {
+            Cover::Pavement
+        } else {
+            Cover::Yard
+        },
+        lot,
+    );
     let turn = c.range(-14.0, 14.0) * if c.unit() < 0.6 { 1.0 } else { 0.0 };
     let shrink = 1.0 - 0.0125 * turn.abs();
     let plan = Oblong {

@@ -106,6 +106,48 @@ impl Ord for Candidate {
     }
 }
 
+/// Candidates in ascending order. Those that cost more than a limit wait aside until all others are done, so that the heap
+/// stays small enough for the caches; the order is that of one heap.
+struct Queue {
+    heap: BinaryHeap<Candidate>,
+    limit: f64,
+    later: Vec<Candidate>,
+}
+
+impl Queue {
+    /// Share of what waits that enters the heap at once.
+    const SLICE: usize = 16;
+
+    fn new() -> Self {
+        Self { heap: BinaryHeap::new(), limit: f64::NEG_INFINITY, later: Vec::new() }
+    }
+
+    fn push(&mut self, candidate: Candidate) {
+        if candidate.cost.total_cmp(&self.limit).is_le() {
+            self.heap.push(candidate);
+        } else {
+            self.later.push(candidate);
+        }
+    }
+
+    /// The cheapest candidate; on the way, those that wait and no longer hold are dropped.
+    fn pop(&mut self, holds: impl Fn(&Candidate) -> bool) -> Option<Candidate> {
+        if self.heap.is_empty() {
+            self.later.retain(holds);
+            let count = self.later.len();
+            let rank = (count / Self::SLICE).max(1000).min(count).checked_sub(1)?;
+            let (_, last, _) = self.later.select_nth_unstable_by(rank, |a, b| a.cost.total_cmp(&b.cost));
+            self.limit = last.cost;
+            let limit = self.limit;
+            let waiting = std::mem::take(&mut self.later).into_iter();
+            let (now, later): (Vec<_>, Vec<_>) = waiting.partition(|c| c.cost.total_cmp(&limit).is_le());
+            self.later = later;
+            self.heap = BinaryHeap::from(now);
+        }
+        self.heap.pop()
+    }
+}
+
 struct Work {
     /// Coordinates relative to the first vertex, which keeps the forms well conditioned.
     places: Vec<DVec3>,
@@ -125,31 +167,28 @@ pub(crate) fn decimate(mesh: &TriMesh, target: usize) -> TriMesh {
     let Some(&origin) = mesh.vertices.first() else { return TriMesh::default() };
     let mut work = prepare(mesh, origin);
     let mut left = work.faces.len();
-    let mut heap = BinaryHeap::new();
+    let mut queue = Queue::new();
     for face in &work.faces {
         for k in 0..3 {
             let (u, v) = (face[k], face[(k + 1) % 3]);
             if u < v {
-                push(&work, &mut heap, u, v);
+                push(&work, &mut queue, u, v);
             }
         }
     }
     while left > target {
-        let Some(best) = heap.pop() else { break };
-        let (u, v) = (best.u, best.v);
-        if best.stamp != work.stamps[u as usize].wrapping_add(work.stamps[v as usize])
-            || work.around[u as usize].is_empty()
-            || work.around[v as usize].is_empty()
-        {
+        let Some(best) = queue.pop(|c| work.holds(c)) else { break };
+        if !work.holds(&best) {
             continue;
         }
+        let (u, v) = (best.u, best.v);
         let place = work.best_place(u, v).0;
         if !work.may_collapse(u, v, place) {
             continue;
         }
         left -= work.collapse(u, v, place);
         for w in work.neighbours(u) {
-            push(&work, &mut heap, u.min(w), u.max(w));
+            push(&work, &mut queue, u.min(w), u.max(w));
         }
     }
     let mut out = TriMesh {
@@ -205,7 +244,7 @@ fn prepare(mesh: &TriMesh, origin: DVec3) -> Work {
     work
 }
 
-fn push(work: &Work, heap: &mut BinaryHeap<Candidate>, u: u32, v: u32) {
+fn push(work: &Work, queue: &mut Queue, u: u32, v: u32) {
     if work.fixed[u as usize] && work.fixed[v as usize] {
         return;
     }
@@ -214,10 +253,18 @@ fn push(work: &Work, heap: &mut BinaryHeap<Candidate>, u: u32, v: u32) {
     }
     let (_, cost) = work.best_place(u, v);
     let stamp = work.stamps[u as usize].wrapping_add(work.stamps[v as usize]);
-    heap.push(Candidate { cost, u, v, stamp });
+    queue.push(Candidate { cost, u, v, stamp });
 }
 
 impl Work {
+    /// Whether an edge is still there, as it was when its cost was found.
+    fn holds(&self, c: &Candidate) -> bool {
+        let (u, v) = (c.u as usize, c.v as usize);
+        c.stamp == self.stamps[u].wrapping_add(self.stamps[v])
+            && !self.around[u].is_empty()
+            && !self.around[v].is_empty()
+    }
+
     fn best_place(&self, u: u32, v: u32) -> (DVec3, f64) {
         let mut form = self.forms[u as usize];
         form.add(&self.forms[v as usize]);
@@ -348,6 +395,31 @@ mod tests {
         }
         for corner in [dvec3(0.0, 0.0, 0.0), dvec3(20.0, 20.0, 0.0), dvec3(10.0, 0.0, 6.0)] {
             assert!(coarse.vertices.iter().any(|p| p.distance(corner) < 1e-6), "{corner} is gone");
+        }
+    }
+
+    #[test]
+    fn the_queue_has_the_order_of_one_heap() {
+        let mut random = gable_geometry::Counter::new(4);
+        let mut candidate = |v: u32| {
+            let cost = (random.unit() * 5000.0).floor() / 100.0;
+            Candidate { cost, u: v % 7, v, stamp: u32::from(random.unit() < 0.3) }
+        };
+        let copy = |c: &Candidate| Candidate { cost: c.cost, u: c.u, v: c.v, stamp: c.stamp };
+        let (mut queue, mut heap) = (Queue::new(), BinaryHeap::new());
+        let holds = |c: &Candidate| c.stamp == 0;
+        for v in 0..40_000 {
+            let c = candidate(v);
+            heap.push(copy(&c));
+            queue.push(c);
+        }
+        for v in 40_000..60_000 {
+            let expected = std::iter::from_fn(|| heap.pop()).find(holds).map(|c| (c.u, c.v));
+            let found = std::iter::from_fn(|| queue.pop(holds)).find(holds).map(|c| (c.u, c.v));
+            assert_eq!(found, expected);
+            let c = candidate(v);
+            heap.push(copy(&c));
+            queue.push(c);
         }
     }
 

@@ -14,7 +14,7 @@ pub(crate) fn tear(mesh: &mut TriMesh, field: &Field, columns: &Columns, seed: u
         .iter()
         .filter(|f| {
             let p = centre(f);
-            let wet = if columns.is_water(p) { 0.5 } else { 0.0 };
+            let wet = if columns.is_water(p) { 0.35 } else { 0.0 };
             let limit = 0.98 - 0.42 * f64::from(field.hidden(p)) - wet;
             noise3(seed ^ 0x7ea, 2.4, p) < limit
         })

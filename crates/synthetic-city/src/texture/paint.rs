@@ -13,6 +13,10 @@ use gable_geometry::{DVec2, DVec3, point_segment_distance};
 /// Direction to the sun: azimuth 214° (south-south-west), elevation 43°.
 const SUN: DVec3 = DVec3::new(-0.409, -0.606, 0.682);
 
+/// Where the camera's curve bends, and what is left above it, of 255.
+const SHOULDER: f32 = 170.0;
+const ROOM: f32 = 255.0 - SHOULDER;
+
 /// Kinds of surface.
 #[derive(Clone, Copy)]
 enum Surface {
@@ -111,7 +115,18 @@ impl<'a> Painter<'a> {
         let lit = f64::from(self.lit(before)) * light.dot(SUN).max(0.0);
         let sky = 0.5 + 0.14 * light.z;
         let shine = [sky * 0.94 + 0.66 * lit, sky * 0.98 + 0.62 * lit, sky * 1.06 + 0.55 * lit];
-        std::array::from_fn(|k| albedo[k] * image[k] * shine[k] as f32)
+        self.developed(std::array::from_fn(|k| albedo[k] * image[k] * shine[k] as f32))
+    }
+
+    /// What the camera makes of light: haze takes colour away, more in one city than in another, and bright places are
+    /// compressed and not clipped, which would turn tiles orange and lawns yellow.
+    fn developed(&self, light: Rgb) -> Rgb {
+        let haze = 0.12 + 0.3 * unit(hash(self.scene.seed ^ 0x4a2e, 0, 0, 0)) as f32;
+        let grey = 0.3 * light[0] + 0.59 * light[1] + 0.11 * light[2];
+        light.map(|x| {
+            let x = x + haze * (grey - x);
+            if x > SHOULDER { SHOULDER + ROOM * (1.0 - (-(x - SHOULDER) / ROOM).exp()) } else { x }
+        })
     }
 
     /// Facades show through within a hand of the roof's edge: pictures from the side see them there.
