@@ -79,8 +79,14 @@ pub(crate) fn parse(text: &[u8]) -> ObjChunk {
             joined.extend_from_slice(line);
             line = &joined;
         }
-        if let Err(fault) = chunk.statement(line, line_number) {
-            chunk.fault_at_end = next >= text.len() && !text.ends_with(b"\n");
+        let unended = next >= text.len() && !text.ends_with(b"\n");
+        let faces = chunk.faces.len();
+        let mut result = chunk.statement(line, line_number);
+        if unended && result.is_ok() {
+            result = chunk.check_last(line, faces);
+        }
+        if let Err(fault) = result {
+            chunk.fault_at_end = unended;
             chunk.fault = Some((line_number, fault));
             break;
         }
@@ -196,6 +202,26 @@ impl ObjChunk {
             vertices: self.positions.len() as u32,
             uvs: self.uvs.len() as u32,
         });
+        Ok(())
+    }
+
+    /// Looks for the marks of a cut in a last line without a line end: what would be put up with elsewhere (a face of
+    /// two corners, a lone keyword) is there the start of a statement. A cut inside the last number cannot be seen.
+    #[cold]
+    fn check_last(&self, line: &[u8], faces_before: usize) -> Result<(), LineFault> {
+        let cut = |what: &str| Err(LineFault::Syntax(what.to_owned()));
+        if matches!(line.trim_ascii(), b"v" | b"vt" | b"vn" | b"f" | b"usemtl" | b"us" | b"use") {
+            return cut("within a statement");
+        }
+        let Some(face) = self.faces.get(faces_before) else { return Ok(()) };
+        let corners = &self.corners[self.corners.len() - face.corners as usize..];
+        if corners.len() < 3 {
+            return cut("within a face");
+        }
+        let textured = corners.iter().filter(|c| c.uv != 0).count();
+        if textured == corners.len() - 1 && corners[textured].uv == 0 {
+            return cut("within a face's last corner");
+        }
         Ok(())
     }
 
@@ -353,8 +379,19 @@ mod tests {
         assert_eq!(fault("v 1 2 3\nv 1 2\n"), Some(1));
         assert_eq!(fault("v 1 2 \\\n3\n\nv 1 nan 2\n"), Some(3));
         assert_eq!(fault("  f 1 x 3\n"), Some(0));
-        assert!(parse(b"v 1 2 3\nf 1/1 2/").fault.is_none());
-        assert!(parse(b"v 1 2 3\nf 1/1 2/b").fault_at_end);
+    }
+
+    #[test]
+    fn a_cut_is_seen_in_a_last_line_without_end() {
+        for cut in ["v 1 2", "v", "vt", "f", "us", "f 3", "f 1/1 2/", "f 1/1 2/b", "f 1/1 2/2 3", "f 1/1 2/2 3/"] {
+            let chunk = parse(format!("v 1 2 3\n{cut}").as_bytes());
+            assert!(chunk.fault.is_some_and(|(line, _)| line == 1) && chunk.fault_at_end, "{cut}");
+        }
+        for whole in
+            ["f 1 2 3", "f 1/1 2/2 3/3", "f 1//1 2//1 3//1", "v 1 2 3", "# f 3", "f 1/1 2/2 3\n", "f 3\n", "v\n"]
+        {
+            assert!(parse(format!("v 1 2 3\n{whole}").as_bytes()).fault.is_none(), "{whole}");
+        }
     }
 
     #[test]

@@ -51,6 +51,12 @@ fn truncated_files() {
         said("a.obj", "v 0 0 0\nv 9 0 0\nv 9 9"),
         format!("a.obj: line 3: the file ends too early, a vertex without z: {again}")
     );
+    let square = "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nf 1 2 3\n";
+    let cut = |last: &str| said("a.obj", format!("{square}{last}"));
+    let face = |what: &str| format!("a.obj: line 6: the file ends too early, {what}: {again}");
+    assert_eq!(cut("f 3"), face("within a face"));
+    assert_eq!(cut("f 3 4"), face("within a face"));
+    assert_eq!(cut("f"), face("within a statement"));
     let (town, png) = (town(), png());
     let binary = town.ply("binary_little_endian");
     let short = &binary[..binary.len() - 3];
