@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 
 mod bytes;
-mod clean;
 mod codec;
+mod defects;
 mod error;
 mod extent;
 mod file;
@@ -11,7 +11,7 @@ mod spill;
 mod split;
 mod triangle;
 
-pub use clean::{CleanReport, clean};
+pub use defects::Defects;
 pub use error::BlocksError;
 pub use extent::Outliers;
 pub use file::{MAGIC, VERSION, read_block, write_block};

@@ -41,6 +41,11 @@ impl Cell {
         let at = |i: usize| ((i64::from(min[i]) + i64::from(max[i])) >> (CELL_BITS + 1 + level)) as i16;
         Self { level: level as u8, x: at(0), y: at(1) }
     }
+
+    /// The cell of level 0 that a point lies in.
+    pub(crate) fn home(corner: [i32; 3]) -> Self {
+        Self { level: 0, x: (corner[0] >> CELL_BITS) as i16, y: (corner[1] >> CELL_BITS) as i16 }
+    }
 }
 
 /// Triangles of one cell in the file.

@@ -1,5 +1,6 @@
 //! From a scene to block files, in one streamed pass.
 
+use crate::defects::{Defects, Inspection, inspect};
 use crate::error::BlocksError;
 use crate::extent::{Outliers, extent};
 use crate::file::write_block;
@@ -55,13 +56,16 @@ pub struct SplitReport {
     pub max: [f64; 3],
     /// Triangles that were left out because they lie far off.
     pub outliers: Outliers,
+    /// What is wrong with the mesh itself, and was left out.
+    pub defects: Defects,
     /// Bytes of the temporary file.
     pub spilled: u64,
 }
 
 /// Splits a scene into block files `{column}_{row}.block` in a folder, which is made if it is not there.
 ///
-/// A triangle goes to each block whose core its bounding box meets, in the order of the scene, its
+/// Slivers, duplicates and floating parts are left out ([`Defects`]), and what lies far off ([`Outliers`]). A triangle
+/// goes to each block whose core its bounding box meets, in the order of the scene, its
 /// corners rounded to the coordinate lattice (0.12 mm) of the local frame. That frame hangs on the
 /// whole metre south-west of the scene, so neither corners nor order depend on the grid, and no byte
 /// depends on the threads.
@@ -106,10 +110,11 @@ pub fn split(scene: &Scene, folder: &Path, options: &SplitOptions) -> Result<Spl
     let cores: Vec<BlockCore> = grid.cores().collect();
     let segments: Vec<Segment> =
         spill.segments.iter().zip(&found.kept).filter(|(_, kept)| **kept).map(|(segment, _)| *segment).collect();
+    let inspection = inspect(&spill, &segments).map_err(fault)?;
     let blocks: Result<Vec<BlockEntry>, BlocksError> = cores
         .par_iter()
         .map(|core| {
-            let mesh = gather(&spill, &segments, core, options.step, shift).map_err(fault)?;
+            let mesh = gather(&spill, &segments, &inspection, core, options.step, shift).map_err(fault)?;
             let file = core.file_name();
             let bytes = write_block(&folder.join(&file), &mesh)?;
             Ok(BlockEntry { core: *core, file, triangles: mesh.triangles.len() as u64, bytes })
@@ -123,6 +128,7 @@ pub fn split(scene: &Scene, folder: &Path, options: &SplitOptions) -> Result<Spl
         min: min.to_array(),
         max: max.to_array(),
         outliers: found.outliers,
+        defects: inspection.defects,
         spilled: spill.length,
     })
 }
@@ -161,7 +167,14 @@ impl Intake {
 }
 
 /// The triangles that meet a core, in the order of the scene, in the local frame.
-fn gather(spill: &Spill, segments: &[Segment], core: &BlockCore, step: f64, shift: [i64; 3]) -> io::Result<BlockMesh> {
+fn gather(
+    spill: &Spill,
+    segments: &[Segment],
+    inspection: &Inspection,
+    core: &BlockCore,
+    step: f64,
+    shift: [i64; 3],
+) -> io::Result<BlockMesh> {
     let reach = Reach::of(core, step);
     let meets = |min: [i32; 3], max: [i32; 3]| match (shifted(min, shift), shifted(max, shift)) {
         (Some(min), Some(max)) => reach.meets(min, max),
@@ -171,7 +184,7 @@ fn gather(spill: &Spill, segments: &[Segment], core: &BlockCore, step: f64, shif
     for segment in segments.iter().filter(|s| meets(s.min, s.max)) {
         for (place, mut triangle) in spill.read(segment)? {
             let (min, max) = triangle.bounds();
-            if meets(min, max) {
+            if meets(min, max) && !inspection.leaves_out(place) {
                 triangle.corners = triangle.corners.map(|c| shifted(c, shift).unwrap_or(c));
                 found.push((place, triangle));
             }

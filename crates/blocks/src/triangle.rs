@@ -28,6 +28,14 @@ impl BlockTriangle {
         self.corners.map(|[x, y, z]| dvec3(f64::from(x), f64::from(y), f64::from(z)) / UNITS_PER_METRE)
     }
 
+    /// Whether the corners lie on a line; exact.
+    #[must_use]
+    pub fn is_sliver(&self) -> bool {
+        let [a, b, c] = self.corners.map(|corner| corner.map(i128::from));
+        let (u, v) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
+        [(0, 1), (1, 2), (2, 0)].into_iter().all(|(i, j)| u[i] * v[j] == u[j] * v[i])
+    }
+
     /// Lowest and highest coordinates, in lattice units.
     #[must_use]
     pub fn bounds(&self) -> ([i32; 3], [i32; 3]) {
