@@ -4,8 +4,10 @@ mod binary;
 mod city;
 mod result;
 mod skip;
+mod valid;
 
 pub use binary::{Finished, gable, run_gable, start_gable};
 pub use city::{case, town};
 pub use result::{Tile, bytes_of_models, footprint_iou, footprints, read_city, tiles};
 pub use skip::{schemas, skip, test_data};
+pub use valid::{assert_citygml, assert_cityjson, assert_solids};

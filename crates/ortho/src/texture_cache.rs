@@ -117,7 +117,7 @@ impl TextureCache {
                 Some(Arc::new(texture))
             }
             Err(reason) => {
-                tracing::warn!(path = %path.display(), reason, "texture left out, the material is shown in plain colour");
+                tracing::debug!(path = %path.display(), reason, "texture left out, the material is shown in plain colour");
                 state.failures.insert(path.to_owned(), reason);
                 None
             }

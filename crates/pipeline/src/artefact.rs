@@ -42,6 +42,17 @@ pub(crate) fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Pip
     write(path, &bytes)
 }
 
+/// As [`read_json`], but a damaged file too is `None`: what it held is made again.
+pub(crate) fn whole_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, PipelineError> {
+    match read_json(path) {
+        Err(error @ PipelineError::Artefact { .. }) => {
+            tracing::warn!("made again: {error}");
+            Ok(None)
+        }
+        other => other,
+    }
+}
+
 /// Reads what [`write_json`] wrote; `None` if the file is not there.
 pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, PipelineError> {
     let Some(bytes) = read(path)? else { return Ok(None) };

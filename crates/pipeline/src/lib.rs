@@ -5,6 +5,7 @@ pub mod params;
 mod artefact;
 mod clock;
 mod error;
+mod failure;
 mod known;
 pub mod label_map;
 mod mosaic;
@@ -15,6 +16,7 @@ mod run;
 mod sampled;
 mod stages;
 mod summary;
+mod warnings;
 mod workspace;
 
 pub use clock::core_seconds;
@@ -26,3 +28,4 @@ pub use sampled::{SampledMesh, sample_mesh};
 pub use summary::{
     BlockRecord, BlockState, BuildingRecord, Lod, RunStatus, RunSummary, StageSeconds, peak_memory_bytes,
 };
+pub use warnings::InputWarning;

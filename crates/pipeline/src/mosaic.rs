@@ -2,7 +2,7 @@
 
 use crate::PipelineError;
 use gable_ortho::{GridWindow, Orthograph};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -27,6 +27,7 @@ pub(crate) struct Mosaic<T> {
     tiles: Vec<MosaicTile>,
     /// Tiles by cell of a coarse lattice, so that a window finds its tiles without looking at all.
     cells: BTreeMap<(i64, i64), Vec<usize>>,
+    lost: BTreeSet<usize>,
     cell: i64,
     step: f64,
     cache: Mutex<Cache<T>>,
@@ -50,7 +51,18 @@ impl<T: TileData> Mosaic<T> {
             }
         }
         let cache = Cache { tiles: BTreeMap::new(), clock: 0, bytes: 0, budget };
-        Self { tiles, cells, cell, step, cache: Mutex::new(cache) }
+        Self { tiles, cells, lost: BTreeSet::new(), cell, step, cache: Mutex::new(cache) }
+    }
+
+    /// Leaves tiles out, as if they had never been there.
+    pub(crate) fn leave_out(&mut self, tiles: &[usize]) {
+        self.cells.values_mut().for_each(|list| list.retain(|i| !tiles.contains(i)));
+        self.lost.extend(tiles);
+    }
+
+    /// Whether a tile was left out.
+    pub(crate) fn is_lost(&self, tile: usize) -> bool {
+        self.lost.contains(&tile)
     }
 
     /// Edge of a pixel, metres.

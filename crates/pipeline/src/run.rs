@@ -1,6 +1,7 @@
 //! The run: all stages, one after the other, in one process.
 
 use crate::clock::Clock;
+use crate::failure::Failures;
 use crate::known::Known;
 use crate::mosaic::Mosaic;
 use crate::observer::{Observer, Stage};
@@ -10,10 +11,10 @@ use crate::stages::model::{self, Tile};
 use crate::stages::sample::Seen;
 use crate::stages::segment::Labelled;
 use crate::stages::split::Blocks;
-use crate::stages::{Context, labels, sample, segment, split, stitch, terrain, write};
+use crate::stages::{Context, holes, labels, sample, segment, split, stitch, terrain, write};
 use crate::summary::{BlockRecord, BlockState, Lod, RunStatus, RunSummary, peak_memory_bytes};
 use crate::workspace::Workspace;
-use crate::{PipelineError, artefact};
+use crate::{PipelineError, artefact, failure, warnings};
 use gable_city_model::Building;
 use gable_geometry::{Box2, Crs};
 use gable_ortho::{DecodedImage, GridWindow, Orthograph, TextureCache};
@@ -59,34 +60,57 @@ fn run_here(
     let mut clock = Clock::default();
 
     let blocks = clock.time(Stage::Split, || split::run(&context, &scene))?;
+    let mut warnings = Vec::new();
+    warnings::tell(observer, warnings::of_split(&blocks.report), &mut warnings);
     let textures = textures(&blocks, params);
-    let (seen, ortho) = clock.time(Stage::Sample, || sample::run(&context, &blocks, &textures))?;
+    let (seen, mut ortho) = clock.time(Stage::Sample, || sample::run(&context, &blocks, &textures))?;
+    warnings::tell(observer, warnings::of_textures(&textures.failures()), &mut warnings);
+    let mut failures = Failures::default();
+    for (block, reason) in seen.iter().filter_map(|s| Some((s.block, s.failed.clone()?))) {
+        failures.add(block, reason);
+    }
     let covered: u64 = seen.iter().map(|s| s.covered).sum();
     let photographed: u64 = seen.iter().map(|s| s.photographed).sum();
+    if covered == 0
+        && let Some(reason) = failures.first()
+    {
+        return Err(context.failed(Stage::Sample, "every block", reason));
+    }
     if covered == 0 {
         return Err(PipelineError::Input(format!("{}: nothing of the mesh can be seen from above", input.display())));
     }
     // The rest of a city is grey where a texture is missing; only a city without any is treated as untextured.
     let coloured = 2 * photographed > covered;
-    let ground = clock.time(Stage::Terrain, || terrain::terrain(&context, &ortho))?;
+    let ground = clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, &mut failures))?;
     let known = params.segmentation.footprints.as_deref();
     let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
     let known = known.as_ref();
-    let labelled =
-        clock.time(Stage::Segment, || segment::segment(&context, &ortho, &ground, blocks.frame(), known, coloured))?;
+    workspace.rest_on(&["labels", "models"], &format!("{:?}", failures.blocks()))?;
+    let (labelled, holes) = clock.time(Stage::Segment, || {
+        let labelled = segment::segment(&context, &ortho, &ground, blocks.frame(), known, coloured)?;
+        labelled.failed.iter().for_each(|(window, reason)| failures.add_window(&blocks, *window, reason));
+        let holes = holes::holes(&context, &blocks, &labelled, &failures.blocks())?;
+        Ok((labelled, holes))
+    })?;
+    workspace.rest_on(&["models"], &format!("{:?}", failures.blocks()))?;
+    warnings::tell(observer, warnings::of_holes(&holes, blocks.frame().origin), &mut warnings);
     let tasks = clock.time(Stage::Stitch, || stitch::stitch(&context, &labelled.components, blocks.frame(), known))?;
-    let tiles =
-        clock.time(Stage::Model, || model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, coloured))?;
+    let mut tiles = clock.time(Stage::Model, || {
+        model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, &failures, coloured)
+    })?;
     let mut files = clock.time(Stage::Write, || {
-        let mut files = write::write(&context, &blocks, &tiles, &ground, &title, out)?;
+        let mut files = write::write(&context, &blocks, &tiles, &ground, &mut failures, &title, out)?;
         if params.output.labels {
             files.extend(labels::write(&context, &blocks, &labelled, out)?);
         }
         Ok(files)
     })?;
 
+    // What could not be read when it was written cannot be read for the report either.
+    tiles.retain(|tile| failures.reason([tile.ix, tile.iy]).is_none() || model::read(tile).is_ok());
+
     let mut summary = RunSummary {
-        status: RunStatus::Successful,
+        status: if failures.is_empty() { RunStatus::Successful } else { RunStatus::Partial },
         version: env!("CARGO_PKG_VERSION").to_owned(),
         input: input.display().to_string(),
         crs: blocks.frame().crs.to_string(),
@@ -96,7 +120,7 @@ fn run_here(
         step_m: params.sampling.step,
         grid: blocks.grid(),
         threads,
-        warnings: warnings(&blocks, &textures),
+        warnings,
         parameters: changed(params),
         ..RunSummary::default()
     };
@@ -107,10 +131,11 @@ fn run_here(
     let written = || summary.building_records.iter().filter(|b| b.lod != Lod::None);
     summary.buildings = written().count();
     summary.faces = written().map(|b| u64::from(b.faces)).sum();
-    summary.blocks = block_records(&blocks, &seen, &summary);
+    summary.blocks = block_records(&blocks, &seen, &failures, &summary);
     if params.output.report {
         observer.stage(Stage::Report, 1);
         summary.stages.clone_from(&clock.stages);
+        summary.files.clone_from(&files);
         summary.seconds = begin.elapsed().as_secs_f64();
         summary.peak_memory_bytes = peak_memory_bytes();
         let source = Source { blocks: &blocks, ortho: &ortho, labelled: &labelled, terrain: &ground, tiles: &tiles };
@@ -122,7 +147,11 @@ fn run_here(
     summary.seconds = begin.elapsed().as_secs_f64();
     summary.peak_memory_bytes = peak_memory_bytes();
     summary.files = files;
-    workspace.remove()?;
+    if failures.is_empty() {
+        workspace.remove()?
+    } else {
+        workspace.keep_for_another_try()?
+    }
     Ok(summary)
 }
 
@@ -142,25 +171,14 @@ pub(crate) fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError
 pub(crate) fn textures(blocks: &Blocks, params: &Params) -> TextureCache {
     let capacity = params.resources.texture_cache << 20;
     TextureCache::new(blocks.report.materials.clone(), capacity, |material: &Material| {
-        let image = load_texture(material)?.ok_or("the material has no image")?;
+        // A decoder that stumbles over a damaged image costs that image only.
+        let load = std::panic::catch_unwind(|| load_texture(material));
+        let image = load.map_err(|cause| format!("the decoder failed: {}", failure::said(&*cause)))??;
+        let image = image.ok_or("the material has no image")?;
         let (width, height) = (image.width() as usize, image.height() as usize);
         let texels = image.pixels().map(|p| p.0).collect();
         Ok(DecodedImage { width, height, texels })
     })
-}
-
-/// What was put up with, by kind.
-fn warnings(blocks: &Blocks, textures: &TextureCache) -> BTreeMap<String, u64> {
-    let mut out = BTreeMap::new();
-    for warning in blocks.report.counts.warnings.entries() {
-        let name = serde_json::to_value(warning.kind).ok().and_then(|v| v.as_str().map(str::to_owned));
-        out.insert(name.unwrap_or_default().replace('_', " "), warning.count);
-    }
-    let broken = textures.failures().len() as u64;
-    if broken > 0 {
-        out.insert("texture that cannot be read".to_owned(), broken);
-    }
-    out
 }
 
 /// The parameters that differ from the defaults.
@@ -170,7 +188,7 @@ fn changed(params: &Params) -> BTreeMap<String, String> {
     differs.map(|p| (p.name.to_owned(), p.value(params))).collect()
 }
 
-fn block_records(blocks: &Blocks, seen: &[Seen], summary: &RunSummary) -> Vec<BlockRecord> {
+fn block_records(blocks: &Blocks, seen: &[Seen], failures: &Failures, summary: &RunSummary) -> Vec<BlockRecord> {
     let mut buildings: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for record in summary.building_records.iter().filter(|b| b.lod != Lod::None) {
         *buildings.entry(record.tile).or_insert(0) += 1;
@@ -181,10 +199,11 @@ fn block_records(blocks: &Blocks, seen: &[Seen], summary: &RunSummary) -> Vec<Bl
         .map(|s| BlockRecord {
             ix: s.block[0],
             iy: s.block[1],
-            status: match (s.covered, s.reused) {
-                (0, _) => BlockState::Empty,
-                (_, true) => BlockState::Reused,
-                (_, false) => BlockState::Done,
+            status: match (failures.reason(s.block), s.covered, s.reused) {
+                (Some(reason), ..) => BlockState::Failed(reason.to_owned()),
+                (None, 0, _) => BlockState::Empty,
+                (None, _, true) => BlockState::Reused,
+                (None, _, false) => BlockState::Done,
             },
             triangles: triangles.get(&s.block).copied().unwrap_or(0),
             buildings: buildings.get(&s.block).copied().unwrap_or(0),
@@ -216,7 +235,7 @@ impl ReportSource for Source<'_> {
         let mut builder = OverviewBuilder::new(window);
         let bounds = window.bounds();
         for (i, tile) in self.ortho.tiles().iter().enumerate() {
-            if !tile.window.bounds().intersects(&bounds) {
+            if self.ortho.is_lost(i) || !tile.window.bounds().intersects(&bounds) {
                 continue;
             }
             let maps = self.ortho.tile(i)?;

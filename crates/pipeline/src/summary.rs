@@ -1,6 +1,7 @@
 //! What a run tells about its result: the content of `report.json`.
 
 use crate::observer::Stage;
+use crate::warnings::InputWarning;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -76,6 +77,10 @@ pub struct BuildingRecord {
     pub lod: Lod,
     /// Why it is not LOD2; `None` if it is.
     pub reason: Option<String>,
+    /// What else has to be known of it, such as a failed block that it touches.
+    pub note: Option<String>,
+    /// Roof type, as the attribute names it; `None` without a roof.
+    pub roof_type: Option<String>,
     /// Footprint area, m².
     pub area_m2: f64,
     /// Highest roof point above the ground, metres.
@@ -130,8 +135,8 @@ pub struct RunSummary {
     pub seconds: f64,
     /// Largest resident memory of the process, bytes; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
-    /// How often each warning came.
-    pub warnings: BTreeMap<String, u64>,
+    /// What was put up with in the input.
+    pub warnings: Vec<InputWarning>,
     /// Every block of the grid that has data or failed.
     pub blocks: Vec<BlockRecord>,
     /// Every building, by id.

@@ -37,6 +37,33 @@ impl Workspace {
         self.root.join(name)
     }
 
+    /// Empties the folders of what was made from the labels on, if it was made of other blocks and patches than
+    /// `basis` tells: what failed in an earlier run may not have failed now.
+    pub(crate) fn rest_on(&self, folders: &[&str], basis: &str) -> Result<(), PipelineError> {
+        for folder in folders {
+            let folder = self.root.join(folder);
+            let file = folder.join("basis");
+            if fs::read_to_string(&file).is_ok_and(|found| found == basis) {
+                continue;
+            }
+            let io = |source| PipelineError::Io { path: folder.clone(), source };
+            fs::remove_dir_all(&folder).map_err(io)?;
+            artefact::create_dir(&folder)?;
+            artefact::write(&file, basis.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Keeps what the same command needs to try failed blocks again: block files are split anew, rasters of good blocks
+    /// stay.
+    pub(crate) fn keep_for_another_try(&self) -> Result<(), PipelineError> {
+        for folder in ["blocks", "labels", "models"] {
+            let folder = self.root.join(folder);
+            fs::remove_dir_all(&folder).map_err(|source| PipelineError::Io { path: folder, source })?;
+        }
+        Ok(())
+    }
+
     /// Removes the folder.
     pub(crate) fn remove(&self) -> Result<(), PipelineError> {
         fs::remove_dir_all(&self.root).map_err(|source| PipelineError::Io { path: self.root.clone(), source })

@@ -5,6 +5,9 @@ use crate::error::SceneError;
 use gable_geometry::DVec3;
 use std::path::Path;
 
+/// Triangles from which on their mean size tells of the scale.
+const MANY: u64 = 1000;
+
 /// Sums over a stream of triangles.
 #[derive(Clone, Debug)]
 pub(crate) struct Survey {
@@ -94,6 +97,14 @@ impl Survey {
         }
         if plan < 1.0 {
             return Some("a city measures more than a metre: are the units kilometres, or is it scaled?");
+        }
+        // The mean triangle of a city mesh is between a hand and a house, whatever the extent.
+        let mean = self.area / self.triangles as f64;
+        if self.triangles >= MANY && mean < 1.0e-6 {
+            return Some("its triangles measure less than a square millimetre on average: are the units kilometres?");
+        }
+        if self.triangles >= MANY && mean > 2.5e3 {
+            return Some("its triangles measure more than 50 m on average: are the units millimetres or centimetres?");
         }
         if plan > 1.0e6 {
             return Some("a city measures less than 1000 km: are the units millimetres, or are there stray vertices?");

@@ -2,7 +2,7 @@
 
 use crate::{interrupt, terminal};
 use gable_pipeline::{Observer, Stage};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -71,6 +71,7 @@ impl Progress {
         (state.total, state.done) = (total, 0);
         if let Shown::Bar(bar) = &self.shown {
             bar.reset();
+            bar.enable_steady_tick(Duration::from_millis(250));
             bar.set_length(total as u64);
             bar.set_prefix(label.to_owned());
             bar.set_message("");
@@ -142,11 +143,15 @@ impl Observer for Progress {
 
 /// A bar with stage, units and time left.
 fn bar() -> ProgressBar {
-    let template = "{prefix:>12} [{bar:30}] {pos}/{len}  {eta} left  {wide_msg}";
+    let template = "{prefix:>12} [{bar:30}] {pos}/{len}  {left} left  {wide_msg}";
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(0).with_style(style.progress_chars("=> "));
-    bar.enable_steady_tick(Duration::from_millis(250));
-    bar
+    // The time left as in plain lines: unknown until something is done.
+    let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let (done, total) = (state.pos() as usize, state.len().unwrap_or(0) as usize);
+        // A line that is not drawn is no fault of the run.
+        text.write_str(&time_left(state.elapsed(), done, total)).ok();
+    };
+    ProgressBar::new(0).with_style(style.progress_chars("=> ").with_key("left", left))
 }
 
 /// The time that the rest takes if it goes on as it went.

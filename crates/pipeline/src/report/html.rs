@@ -6,8 +6,8 @@ use crate::{BuildingRecord, Lod, RunStatus, RunSummary};
 use gable_segmentation::Label;
 use std::fmt::Write as _;
 
-/// Rows of the table of buildings; the rest is in report.json.
-const ROWS: usize = 400;
+/// Rows of a table of buildings; the rest is in report.json.
+const ROWS: usize = 2000;
 
 /// Text that is safe between tags and in attributes.
 pub(super) fn escape(text: &str) -> String {
@@ -53,15 +53,19 @@ pub(super) fn page(title: &str, summary: &RunSummary, pictures: &[PictureSet]) -
         include_str!("style.css")
     );
     head(&mut page, &title, summary);
-    for set in pictures {
+    attention(&mut page, summary);
+    for (at, set) in pictures.iter().enumerate() {
         picture_set(&mut page, set);
+        if at == 0 {
+            legend(&mut page);
+        }
     }
-    stages(&mut page, summary);
+    levels(&mut page, summary);
     drawings(&mut page, summary);
-    warnings(&mut page, summary);
     buildings(&mut page, summary);
+    stages(&mut page, summary);
     settings(&mut page, summary);
-    page += "</main>\n<script>\nfor (const f of document.querySelectorAll('figure')) f.onclick = () => f.classList.toggle('wide');\n</script>\n</body>\n</html>\n";
+    let _ = write!(page, "</main>\n<script>\n{}</script>\n</body>\n</html>\n", include_str!("script.js"));
     page
 }
 
@@ -75,7 +79,7 @@ fn head(page: &mut String, title: &str, summary: &RunSummary) {
         page,
         "<p class=\"soft\">{} · {} · {} × {} blocks · pixels of {} m · gable {}</p>",
         escape(&summary.input),
-        escape(&summary.crs),
+        if summary.crs == "unknown" { "reference system unknown".to_owned() } else { escape(&summary.crs) },
         summary.grid[0],
         summary.grid[1],
         summary.step_m,
@@ -122,7 +126,12 @@ fn picture_set(page: &mut String, set: &PictureSet) {
             picture.caption
         );
     }
-    *page += "</div>\n<div class=\"legend\">";
+    *page += "</div>\n";
+}
+
+/// What the colours of the pictures mean.
+fn legend(page: &mut String) {
+    *page += "<div class=\"legend\">";
     let css = |c: [u8; 3]| format!("rgb({} {} {})", c[0], c[1], c[2]);
     let mut entry = |colour: [u8; 3], name: &str| {
         let _ = write!(page, "<span><i style=\"background:{}\"></i>{name}</span>", css(colour));
@@ -162,72 +171,147 @@ fn drawings(page: &mut String, summary: &RunSummary) {
     );
 }
 
-fn warnings(page: &mut String, summary: &RunSummary) {
-    *page += "<h2>Warnings</h2>\n";
-    if summary.warnings.is_empty() && summary.failed_blocks().next().is_none() {
-        *page += "<p class=\"soft\">None.</p>\n";
+/// What a person has to look at: failed blocks, what was wrong in the input, buildings that are not what they should be.
+fn attention(page: &mut String, summary: &RunSummary) {
+    *page += "<h2>What needs attention</h2>\n";
+    let failed: Vec<_> = summary.failed_blocks().collect();
+    let lower: Vec<_> = summary.building_records.iter().filter(|b| b.lod != Lod::Lod2 || b.note.is_some()).collect();
+    if failed.is_empty() && lower.is_empty() && summary.warnings.is_empty() {
+        *page += "<p class=\"soft\">Nothing: the input is sound and every building has LOD2.</p>\n";
         return;
     }
-    *page += "<div class=\"scroll\"><table><tr><th class=\"text\">what</th><th>count</th></tr>\n";
-    for (text, count) in &summary.warnings {
-        let _ = writeln!(page, "<tr><td class=\"text long\">{}</td><td>{}</td></tr>", escape(text), grouped(*count));
-    }
-    for block in summary.failed_blocks() {
-        if let crate::BlockState::Failed(reason) = &block.status {
-            let _ = writeln!(
-                page,
-                "<tr><td class=\"text long\">block {}_{} failed: {}</td><td>1</td></tr>",
-                block.ix,
-                block.iy,
-                escape(reason)
-            );
+    if !failed.is_empty() {
+        let _ = writeln!(page, "<h3>Failed blocks ({}); the same command tries them again</h3>", failed.len());
+        *page += "<div class=\"scroll tall\"><table class=\"bad\"><tr><th class=\"text\">block</th><th class=\"text\">reason</th></tr>\n";
+        for block in failed {
+            if let crate::BlockState::Failed(reason) = &block.status {
+                let (ix, iy) = (block.ix, block.iy);
+                let _ = writeln!(
+                    page,
+                    "<tr><td class=\"text\">{ix}_{iy}</td><td class=\"text long\">{}</td></tr>",
+                    escape(reason)
+                );
+            }
         }
+        *page += "</table></div>\n";
+    }
+    if !lower.is_empty() {
+        let _ = writeln!(page, "<h3>Buildings below LOD2, or incomplete ({})</h3>", grouped(lower.len() as u64));
+        table(page, lower, summary);
+    }
+    if !summary.warnings.is_empty() {
+        *page += "<h3>The input</h3>\n<div class=\"scroll\"><table><tr><th>count</th><th class=\"text\">what</th><th class=\"text\">what became of it</th></tr>\n";
+        for warning in &summary.warnings {
+            let _ = write!(
+                page,
+                "<tr><td>{}</td><td class=\"text long\">{}",
+                grouped(warning.count),
+                escape(&warning.what)
+            );
+            if !warning.places.is_empty() {
+                *page += "<details><summary>where</summary><ul>";
+                warning.places.iter().for_each(|place| *page += &format!("<li>{}</li>", escape(place)));
+                if warning.more() > 0 {
+                    let _ = write!(page, "<li>and {} more</li>", grouped(warning.more()));
+                }
+                *page += "</ul></details>";
+            }
+            let _ = writeln!(page, "</td><td class=\"text long\">{}</td></tr>", escape(&warning.consequence));
+        }
+        *page += "</table></div>\n";
+    }
+}
+
+fn name_of(lod: Lod) -> &'static str {
+    match lod {
+        Lod::None => "none",
+        Lod::Lod0 => "LOD0",
+        Lod::Lod1 => "LOD1",
+        Lod::Lod2 => "LOD2",
+    }
+}
+
+/// Buildings by level of detail, and by roof type.
+fn levels(page: &mut String, summary: &RunSummary) {
+    let records = &summary.building_records;
+    if records.is_empty() {
+        return;
+    }
+    let at = |lod: Lod| (name_of(lod).to_owned(), records.iter().filter(|b| b.lod == lod).collect::<Vec<_>>());
+    let mut lods = vec![at(Lod::Lod2), at(Lod::Lod1), at(Lod::Lod0), at(Lod::None)];
+    lods[3].0 = "not written".to_owned();
+    let mut roofs: std::collections::BTreeMap<&str, Vec<&BuildingRecord>> = std::collections::BTreeMap::new();
+    for (record, roof) in records.iter().filter_map(|b| Some((b, b.roof_type.as_deref()?))) {
+        roofs.entry(roof).or_default().push(record);
+    }
+    let mut roofs: Vec<_> = roofs.into_iter().map(|(name, group)| (name.to_owned(), group)).collect();
+    roofs.sort_by_key(|(_, group)| std::cmp::Reverse(group.len()));
+    *page += "<h2>Buildings by level and roof</h2>\n<div class=\"panels\">\n";
+    groups(page, "best level", &lods, records.len());
+    groups(page, "roof type", &roofs, records.len());
+    *page += "</div>\n";
+}
+
+/// A table of groups of buildings, of `all` buildings.
+fn groups(page: &mut String, title: &str, groups: &[(String, Vec<&BuildingRecord>)], all: usize) {
+    let _ = writeln!(
+        page,
+        "<div class=\"scroll\"><table><tr><th class=\"text\">{title}</th><th>buildings</th><th>share</th><th>faces</th><th>footprint, m²</th><th title=\"median over the buildings\">RMSE, m</th></tr>"
+    );
+    for (name, group) in groups {
+        let rmse = median(group.iter().filter_map(|b| b.rmse_m).collect());
+        let _ = writeln!(
+            page,
+            "<tr><td class=\"text\">{}</td><td>{}</td><td>{:.1} %</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            escape(name),
+            grouped(group.len() as u64),
+            100.0 * group.len() as f64 / all.max(1) as f64,
+            grouped(group.iter().map(|b| u64::from(b.faces)).sum()),
+            grouped(group.iter().map(|b| b.area_m2).sum::<f64>().round() as u64),
+            rmse.map_or("–".to_owned(), |v| format!("{v:.2}")),
+        );
     }
     *page += "</table></div>\n";
 }
 
 fn buildings(page: &mut String, summary: &RunSummary) {
-    let records = &summary.building_records;
-    let (whole, lower): (Vec<_>, Vec<_>) = records.iter().partition(|b| b.lod == Lod::Lod2);
-    let _ = writeln!(page, "<h2>Buildings below LOD2</h2>");
-    if lower.is_empty() {
-        *page += "<p class=\"soft\">None.</p>\n";
-    } else {
-        table(page, lower);
-    }
-    let _ = writeln!(page, "<details><summary>Buildings at LOD2 ({})</summary>", grouped(whole.len() as u64));
-    table(page, whole);
-    *page += "</details>\n";
+    let _ = writeln!(page, "<h2>All buildings ({})</h2>", grouped(summary.building_records.len() as u64));
+    *page += "<p class=\"soft\">Click a heading to sort; a tile opens its CityJSON file.</p>\n";
+    table(page, summary.building_records.iter().collect(), summary);
 }
 
-/// The largest buildings as a table.
-fn table(page: &mut String, mut records: Vec<&BuildingRecord>) {
+/// The largest buildings as a table that can be sorted.
+fn table(page: &mut String, mut records: Vec<&BuildingRecord>, summary: &RunSummary) {
     records.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then_with(|| a.id.cmp(&b.id)));
-    *page += "<div class=\"scroll tall\"><table><tr><th class=\"text\">id</th><th class=\"text\">tile</th><th class=\"text\">LOD</th><th>area, m²</th><th>height, m</th><th>RMSE, m</th><th>faces</th><th class=\"text\">reason</th></tr>\n";
+    *page += "<div class=\"scroll tall\"><table class=\"sortable\"><tr><th class=\"text\">id</th><th class=\"text\">tile</th><th class=\"text\">LOD</th><th class=\"text\">roof</th><th>footprint, m²</th><th>height, m</th><th>RMSE, m</th><th>faces</th><th class=\"text\">remark</th></tr>\n";
     for b in records.iter().take(ROWS) {
-        let lod = match b.lod {
-            Lod::None => "none",
-            Lod::Lod0 => "LOD0",
-            Lod::Lod1 => "LOD1",
-            Lod::Lod2 => "LOD2",
+        let tile = format!("{}_{}", b.tile[0], b.tile[1]);
+        let file = ["city.json", "gml"].map(|ending| format!("tiles/{tile}.{ending}"));
+        let tile = match file.iter().find(|f| summary.files.contains(f)) {
+            Some(file) if b.lod != Lod::None => format!("<a href=\"{file}\">{tile}</a>"),
+            _ => tile,
         };
+        let remark: Vec<&str> = b.reason.iter().chain(&b.note).map(String::as_str).collect();
         let _ = writeln!(
             page,
-            "<tr><td class=\"text\">{}</td><td class=\"text\">{}_{}</td><td class=\"text\">{lod}</td><td>{:.1}</td><td>{:.1}</td><td>{}</td><td>{}</td><td class=\"text long\">{}</td></tr>",
+            "<tr><td class=\"text id\">{}</td><td class=\"text\">{tile}</td><td class=\"text\">{}</td><td class=\"text\">{}</td><td>{:.1}</td><td>{:.1}</td><td>{}</td><td>{}</td><td class=\"text long\">{}</td></tr>",
             escape(&b.id),
-            b.tile[0],
-            b.tile[1],
+            name_of(b.lod),
+            escape(b.roof_type.as_deref().unwrap_or("–")),
             b.area_m2,
             b.height_m,
             b.rmse_m.map_or("–".to_owned(), |v| format!("{v:.2}")),
             b.faces,
-            escape(b.reason.as_deref().unwrap_or(""))
+            escape(&remark.join("; "))
         );
     }
     *page += "</table></div>\n";
     if records.len() > ROWS {
-        let _ =
-            writeln!(page, "<p class=\"soft\">{} more are in report.json.</p>", grouped((records.len() - ROWS) as u64));
+        let _ = writeln!(
+            page,
+            "<p class=\"soft\">{} smaller ones are in report.json.</p>",
+            grouped((records.len() - ROWS) as u64)
+        );
     }
 }
 

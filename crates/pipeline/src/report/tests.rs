@@ -107,6 +107,8 @@ fn summary(village: &Village) -> RunSummary {
         .houses()
         .enumerate()
         .map(|(i, (x, y))| BuildingRecord {
+            note: None,
+            roof_type: Some("gable".to_owned()),
             id: format!("b-{x}-{y}"),
             tile: [0, 0],
             bbox: [x, y, x + HOUSE, y + HOUSE],

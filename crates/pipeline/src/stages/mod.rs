@@ -1,5 +1,6 @@
 //! The stages, one a file, as functions from artefacts to artefacts.
 
+pub(crate) mod holes;
 pub(crate) mod labels;
 pub(crate) mod model;
 pub(crate) mod prepare;

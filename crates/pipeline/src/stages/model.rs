@@ -3,6 +3,7 @@
 use super::stitch::Task;
 use super::{Context, prepare};
 use crate::artefact;
+use crate::failure::{Failures, guarded, is_local};
 use crate::known::Known;
 use crate::mosaic::Mosaic;
 use crate::params::Method;
@@ -44,6 +45,7 @@ pub(crate) fn model(
     labelled: &Labelled,
     terrain: &Terrain,
     tasks: &[Task],
+    failures: &Failures,
     photographed: bool,
 ) -> Result<Vec<Tile>, PipelineError> {
     let mut owned: BTreeMap<(u32, u32), Vec<&Task>> = BTreeMap::new();
@@ -57,7 +59,7 @@ pub(crate) fn model(
         .into_par_iter()
         .map(|((iy, ix), tasks)| {
             let path = context.workspace.path(&format!("models/{ix}_{iy}.json"));
-            if path.exists() {
+            if artefact::whole_json::<Vec<Modelled>>(&path)?.is_some_and(|made| made.len() == tasks.len()) {
                 tasks.iter().for_each(|t| context.observer.done(Stage::Model, &t.id));
                 return Ok(Tile { ix, iy, path });
             }
@@ -65,9 +67,18 @@ pub(crate) fn model(
                 .par_iter()
                 .map(|task| {
                     context.check_cancelled()?;
-                    let made = one(context, blocks, ortho, labelled, terrain, roofs.as_ref(), task, photographed)?;
+                    // A fault in one building must not cost the city: it becomes that building's reason.
+                    let made = guarded(Stage::Model, &task.id, || {
+                        one(context, blocks, ortho, labelled, terrain, roofs.as_ref(), task, photographed)
+                    });
+                    let made = match made {
+                        Err(error) if is_local(&error) => Err(error.to_string()),
+                        other => other?,
+                    };
                     context.observer.done(Stage::Model, &task.id);
-                    Ok(record(task, made, [ix, iy], blocks.frame(), context.params.sampling.step))
+                    let step = context.params.sampling.step;
+                    let note = failures.note(blocks, task.whole.window(step));
+                    Ok(record(task, made, [ix, iy], blocks.frame(), step, note))
                 })
                 .collect::<Result<_, PipelineError>>()?;
             artefact::write_json(&path, &modelled)?;
@@ -124,14 +135,7 @@ fn one(
         height: maps.height,
         facets: if context.params.modeling.method == Method::Zhu2018 { facets(blocks, window)? } else { Vec::new() },
     };
-    // A fault in one building must not cost the city: it becomes that building's reason.
-    let params = params(context);
-    let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| gable_modeling::model(&input, &params)));
-    Ok(made.unwrap_or_else(|cause| {
-        let text =
-            cause.downcast_ref::<String>().cloned().or_else(|| cause.downcast_ref::<&str>().map(ToString::to_string));
-        Err(format!("modelling failed: {}", text.unwrap_or_else(|| "unknown cause".to_owned())))
-    }))
+    Ok(gable_modeling::model(&input, &params(context)))
 }
 
 /// The steep facets of all blocks on a window. Block files are read again for each building, which only the published
@@ -141,7 +145,12 @@ fn facets(blocks: &Blocks, window: GridWindow) -> Result<Vec<[DVec3; 3]>, Pipeli
     let mut out = Vec::new();
     for (ix, iy) in blocks.with_data() {
         let Some(core) = blocks.core(ix, iy).map(|w| w.bounds()).filter(|b| b.intersects(&bounds)) else { continue };
-        let mesh = blocks.read(ix, iy).map_err(|e| PipelineError::Input(e.to_string()))?;
+        let unit = format!("{ix}_{iy}");
+        let mesh = blocks.read(ix, iy).map_err(|e| PipelineError::Stage {
+            stage: Stage::Model,
+            unit,
+            reason: e.to_string(),
+        })?;
         let area = Box2 { min: core.min.max(bounds.min), max: core.max.min(bounds.max) };
         out.extend(steep_facets(&mesh, area, WALL_ANGLE).into_iter().map(|f| f.corners));
     }
@@ -182,7 +191,14 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
     }
 }
 
-fn record(task: &Task, made: Result<BuildingModel, String>, tile: [u32; 2], frame: &Frame, step: f64) -> Modelled {
+fn record(
+    task: &Task,
+    made: Result<BuildingModel, String>,
+    tile: [u32; 2],
+    frame: &Frame,
+    step: f64,
+    note: Option<String>,
+) -> Modelled {
     let bounds = task.whole.window(step).bounds();
     let [ox, oy, _] = frame.origin;
     let bbox = [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy];
@@ -193,6 +209,8 @@ fn record(task: &Task, made: Result<BuildingModel, String>, tile: [u32; 2], fram
         bbox,
         lod: Lod::None,
         reason: None,
+        note,
+        roof_type: None,
         area_m2: task.whole.area(step),
         height_m: 0.0,
         rmse_m: None,
@@ -218,6 +236,13 @@ fn record(task: &Task, made: Result<BuildingModel, String>, tile: [u32; 2], fram
             record.height_m = model.height;
             record.rmse_m = Some(model.rmse);
             building.attributes = model.attributes;
+            record.roof_type = match building.attributes.get("roof_type") {
+                Some(Value::Text(name)) => Some(name.clone()),
+                _ => None,
+            };
+            if let Some(note) = &record.note {
+                building.attributes.insert("note".to_owned(), Value::Text(note.clone()));
+            }
             building.attributes.insert("block".to_owned(), Value::Text(format!("{}_{}", tile[0], tile[1])));
             building.lods = lods;
             roofs = model.roofs.iter().map(|(p, _)| p.outer.iter().map(|v| v.to_array()).collect()).collect();

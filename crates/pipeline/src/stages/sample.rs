@@ -3,9 +3,10 @@
 use super::Context;
 use super::split::Blocks;
 use crate::artefact;
+use crate::failure::{guarded, is_local};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
-use gable_ortho::{GridWindow, Orthograph, SampleParams, TextureCache, sample};
+use gable_ortho::{GridWindow, OrthoError, Orthograph, SampleParams, TextureCache, sample};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +25,9 @@ pub(crate) struct Seen {
     pub(crate) seconds: f64,
     #[serde(skip)]
     pub(crate) reused: bool,
+    /// Why nothing could be seen.
+    #[serde(skip)]
+    pub(crate) failed: Option<String>,
 }
 
 /// One raster file.
@@ -36,7 +40,7 @@ pub(crate) struct Piece {
     height: usize,
 }
 
-/// Samples all blocks that hold triangles.
+/// Samples all blocks that hold triangles. A block that cannot be sampled has failed; the others go on.
 pub(crate) fn run(
     context: &Context<'_>,
     blocks: &Blocks,
@@ -50,25 +54,52 @@ pub(crate) fn run(
             context.check_cancelled()?;
             let name = format!("{ix}_{iy}");
             let record = context.workspace.path(&format!("ortho/{name}.json"));
-            let seen = match artefact::read_json::<Seen>(&record)? {
-                Some(seen) => Seen { reused: true, ..seen },
-                None => {
-                    let seen = block(context, blocks, textures, ix, iy)?;
-                    artefact::write_json(&record, &seen)?;
-                    seen
-                }
+            let found = artefact::whole_json::<Seen>(&record)?.filter(|seen| seen.is_whole(context));
+            let made = match found {
+                Some(seen) => Ok(Seen { reused: true, ..seen }),
+                None => guarded(Stage::Sample, &name, || block(context, blocks, textures, ix, iy)),
             };
+            let seen = match made {
+                Ok(seen) => seen,
+                Err(error) if is_local(&error) => {
+                    Seen { block: [ix, iy], failed: Some(error.to_string()), ..Seen::default() }
+                }
+                Err(error) => return Err(error),
+            };
+            if !seen.reused && seen.failed.is_none() {
+                artefact::write_json(&record, &seen)?;
+            }
             context.observer.done(Stage::Sample, &name);
             Ok(seen)
         })
         .collect::<Result<_, PipelineError>>()?;
     let step = context.params.sampling.step;
-    let tiles = seen.iter().flat_map(|s| &s.pieces).map(|p| MosaicTile {
-        window: GridWindow { step, x0: p.x0, y0: p.y0, width: p.width, height: p.height },
-        path: context.workspace.path(&p.file),
-    });
+    let tiles = seen
+        .iter()
+        .flat_map(|s| &s.pieces)
+        .map(|p| MosaicTile { window: p.window(step), path: context.workspace.path(&p.file) });
     let mosaic = Mosaic::new(tiles.collect(), step, context.cache_bytes());
     Ok((seen, mosaic))
+}
+
+impl Seen {
+    /// Whether all rasters are there and undamaged, as far as an earlier run made them.
+    fn is_whole(&self, context: &Context<'_>) -> bool {
+        let whole = |piece: &Piece| match Orthograph::read(&context.workspace.path(&piece.file)) {
+            Ok(raster) => raster.window() == piece.window(context.params.sampling.step),
+            Err(error) => {
+                tracing::warn!("made again: {error}");
+                false
+            }
+        };
+        self.pieces.iter().all(whole)
+    }
+}
+
+impl Piece {
+    fn window(&self, step: f64) -> GridWindow {
+        GridWindow { step, x0: self.x0, y0: self.y0, width: self.width, height: self.height }
+    }
 }
 
 fn block(
@@ -93,7 +124,10 @@ fn block(
         seen.photographed += photographed as u64;
         let file = format!("ortho/{}_{}.gbo", piece.x0, piece.y0);
         let path = context.workspace.path(&file);
-        raster.write(&path).map_err(|e| context.failed(Stage::Sample, &name, e))?;
+        raster.write(&path).map_err(|e| match e {
+            OrthoError::Io { source, .. } => PipelineError::Io { path, source },
+            other => context.failed(Stage::Sample, &name, other),
+        })?;
         seen.pieces.push(Piece { file, x0: piece.x0, y0: piece.y0, width: piece.width, height: piece.height });
     }
     seen.seconds = begin.elapsed().as_secs_f64();

@@ -5,9 +5,10 @@
 
 use super::{Context, prepare};
 use crate::artefact::{self, LabelTile};
+use crate::failure::{guarded, is_local};
 use crate::known::Known;
 use crate::label_map::{self, LabelFolder};
-use crate::mosaic::{Mosaic, MosaicTile};
+use crate::mosaic::{Mosaic, MosaicTile, TileData as _};
 use crate::params::{Features, Method, Params, TerrainModel};
 use crate::{PipelineError, Stage};
 use gable_geometry::Frame;
@@ -21,6 +22,8 @@ use std::collections::BTreeSet;
 pub(crate) struct Labelled {
     pub(crate) components: Vec<TileComponents>,
     pub(crate) labels: Mosaic<LabelTile>,
+    /// Patches that could not be labelled, with the reason.
+    pub(crate) failed: Vec<(GridWindow, String)>,
 }
 
 /// Labels all patches with data.
@@ -37,25 +40,33 @@ pub(crate) fn segment(
     let (model, coloured) = classifier(context, photographed)?;
     let params = segment_params(context.params);
     let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
-    let done: Vec<Option<(TileComponents, MosaicTile)>> = patches
+    let done: Vec<Result<(TileComponents, MosaicTile), (GridWindow, String)>> = patches
         .par_iter()
         .map(|&patch| {
             context.check_cancelled()?;
             let name = format!("{}_{}", patch.x0, patch.y0);
             let path = context.workspace.path(&format!("labels/{name}.lab"));
             let beside = context.workspace.path(&format!("labels/{name}.json"));
-            let found = artefact::read_json::<TileComponents>(&beside)?;
+            let found = artefact::whole_json::<TileComponents>(&beside)?.filter(|_| LabelTile::load(&path).is_ok());
             let components = match found {
                 Some(components) => components,
                 None => {
-                    let mut labels = label(context, ortho, terrain, &model, coloured, &params, patch)
-                        .map_err(|reason| context.failed(Stage::Segment, &name, reason))?;
-                    if let Some(given) = &given {
-                        correct(&mut labels, &given.on(patch, frame)?);
-                    }
-                    if let Some(known) = footprints {
-                        confine(&mut labels, &known.built(patch));
-                    }
+                    let made = guarded(Stage::Segment, &name, || {
+                        let mut labels = label(context, ortho, terrain, &model, coloured, &params, patch)
+                            .map_err(|reason| context.failed(Stage::Segment, &name, reason))?;
+                        if let Some(given) = &given {
+                            correct(&mut labels, &given.on(patch, frame)?);
+                        }
+                        if let Some(known) = footprints {
+                            confine(&mut labels, &known.built(patch));
+                        }
+                        Ok(labels)
+                    });
+                    let labels = match made {
+                        Ok(labels) => labels,
+                        Err(error) if is_local(&error) => return Ok(Err((patch, error.to_string()))),
+                        Err(error) => return Err(error),
+                    };
                     let (components, _) = TileComponents::of(&labels, |&l| l == Label::Building as u8);
                     LabelTile(labels).write(&path)?;
                     artefact::write_json(&beside, &components)?;
@@ -63,11 +74,20 @@ pub(crate) fn segment(
                 }
             };
             context.observer.done(Stage::Segment, &name);
-            Ok(Some((components, MosaicTile { window: patch, path })))
+            Ok(Ok((components, MosaicTile { window: patch, path })))
         })
         .collect::<Result<_, PipelineError>>()?;
-    let (components, tiles) = done.into_iter().flatten().unzip();
-    Ok(Labelled { components, labels: Mosaic::new(tiles, ortho.step(), context.cache_bytes() / 8) })
+    let (mut components, mut tiles, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    for patch in done {
+        match patch {
+            Ok((component, tile)) => {
+                components.push(component);
+                tiles.push(tile);
+            }
+            Err(failure) => failed.push(failure),
+        }
+    }
+    Ok(Labelled { components, labels: Mosaic::new(tiles, ortho.step(), context.cache_bytes() / 8), failed })
 }
 
 /// The patches of the lattice that hold a sampled tile, row by row.

@@ -21,7 +21,7 @@ pub(crate) fn run(context: &Context<'_>, scene: &Scene) -> Result<Blocks, Pipeli
     context.check_cancelled()?;
     let folder = context.workspace.path("blocks");
     let record = context.workspace.path("blocks/split.json");
-    let report = match artefact::read_json::<SplitReport>(&record)? {
+    let report = match artefact::whole_json::<SplitReport>(&record)? {
         Some(report) => report,
         None => {
             let given = &context.params.grid;

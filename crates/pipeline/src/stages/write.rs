@@ -4,6 +4,7 @@ use super::Context;
 use super::model::{self, Modelled, Tile};
 use super::split::Blocks;
 use crate::artefact;
+use crate::failure::{Failures, guarded, is_local};
 use crate::params::Format;
 use crate::summary::Lod;
 use crate::{PipelineError, Stage};
@@ -22,6 +23,9 @@ pub(crate) struct IndexEntry {
     bbox: [f64; 4],
     buildings: usize,
     files: Vec<String>,
+    /// Why the block failed; absent if it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failed: Option<String>,
 }
 
 /// The index: which tiles there are, where, in which files.
@@ -45,6 +49,7 @@ pub(crate) fn write(
     blocks: &Blocks,
     tiles: &[Tile],
     terrain: &Terrain,
+    failures: &mut Failures,
     title: &str,
     out: &Path,
 ) -> Result<Vec<String>, PipelineError> {
@@ -54,47 +59,68 @@ pub(crate) fn write(
     context.observer.stage(Stage::Write, wanted.len());
     let folder = out.join("tiles");
     artefact::create_dir(&folder)?;
-    let entries: Vec<(IndexEntry, Option<Tin>)> = wanted
+    let tile = |ix: u32, iy: u32| {
+        let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
+        let tin = if context.params.output.terrain { tin(context, blocks, terrain, ix, iy)? } else { None };
+        let model = CityModel {
+            title: format!("{title}, tile {ix}_{iy}"),
+            origin: blocks.frame().origin,
+            crs: blocks.frame().crs.clone(),
+            buildings: written(modelled),
+            terrain: tin.clone(),
+        };
+        let mut files = Vec::new();
+        for format in formats {
+            let name = match format {
+                Format::CityJson => format!("{ix}_{iy}.city.json"),
+                Format::CityGml => format!("{ix}_{iy}.gml"),
+                Format::CityJsonSeq => continue,
+            };
+            let path = folder.join(&name);
+            let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
+            let mut bytes = Vec::new();
+            match format {
+                Format::CityGml => gable_city_model::write_citygml(&model, &mut bytes).map_err(wrong)?,
+                _ => gable_city_model::write_cityjson(&model, &mut bytes).map_err(wrong)?,
+            }
+            artefact::write(&path, &bytes)?;
+            files.push(format!("tiles/{name}"));
+        }
+        Ok((model.buildings.len(), files, tin))
+    };
+    let made: Vec<_> = wanted
         .par_iter()
         .map(|&(ix, iy)| {
             context.check_cancelled()?;
-            let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
-            let tin = if context.params.output.terrain { tin(context, blocks, terrain, ix, iy)? } else { None };
-            let model = CityModel {
-                title: format!("{title}, tile {ix}_{iy}"),
-                origin: blocks.frame().origin,
-                crs: blocks.frame().crs.clone(),
-                buildings: written(modelled),
-                terrain: tin.clone(),
+            let name = format!("{ix}_{iy}");
+            let made = match guarded(Stage::Write, &name, || tile(ix, iy)) {
+                Err(error) if is_local(&error) => Err(error.to_string()),
+                other => Ok(other?),
             };
-            let mut files = Vec::new();
-            for format in formats {
-                let name = match format {
-                    Format::CityJson => format!("{ix}_{iy}.city.json"),
-                    Format::CityGml => format!("{ix}_{iy}.gml"),
-                    Format::CityJsonSeq => continue,
-                };
-                let path = folder.join(&name);
-                let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
-                let mut bytes = Vec::new();
-                match format {
-                    Format::CityGml => gable_city_model::write_citygml(&model, &mut bytes).map_err(wrong)?,
-                    _ => gable_city_model::write_cityjson(&model, &mut bytes).map_err(wrong)?,
-                }
-                artefact::write(&path, &bytes)?;
-                files.push(format!("tiles/{name}"));
-            }
-            context.observer.done(Stage::Write, &format!("{ix}_{iy}"));
-            let entry =
-                IndexEntry { tile: [ix, iy], bbox: blocks.world_box(ix, iy), buildings: model.buildings.len(), files };
-            Ok((entry, tin))
+            context.observer.done(Stage::Write, &name);
+            Ok((ix, iy, made))
         })
         .collect::<Result<_, PipelineError>>()?;
-    let (entries, tins): (Vec<IndexEntry>, Vec<Option<Tin>>) = entries.into_iter().unzip();
+    let (mut entries, mut tins) = (Vec::new(), Vec::new());
+    for (ix, iy, made) in made {
+        let (buildings, files, tin) = match made {
+            Ok(made) => made,
+            Err(reason) => {
+                failures.add([ix, iy], reason);
+                (0, Vec::new(), None)
+            }
+        };
+        let failed = failures.reason([ix, iy]).map(str::to_owned);
+        entries.push(IndexEntry { tile: [ix, iy], bbox: blocks.world_box(ix, iy), buildings, files, failed });
+        tins.push(tin);
+    }
+    // Formats apart, what a tile has no file for the city has not either.
+    let tiles: Vec<&Tile> =
+        tiles.iter().filter(|t| entries.iter().all(|e| e.tile != [t.ix, t.iy] || e.buildings > 0)).collect();
     let mut files: Vec<String> = entries.iter().flat_map(|e| e.files.iter().cloned()).collect();
     let whole = formats.contains(&Format::CityJsonSeq);
     if whole {
-        city(context, blocks, tiles, &tins, title, &out.join(CITY))?;
+        city(context, blocks, &tiles, &tins, title, &out.join(CITY))?;
         files.insert(0, CITY.to_owned());
     }
     let index = Index {
@@ -149,7 +175,7 @@ fn written(modelled: Vec<Modelled>) -> Vec<Building> {
 fn city(
     context: &Context<'_>,
     blocks: &Blocks,
-    tiles: &[Tile],
+    tiles: &[&Tile],
     tins: &[Option<Tin>],
     title: &str,
     path: &Path,

@@ -58,13 +58,15 @@ fn text(summary: &RunSummary, out: &Path) -> String {
         vec!["core time per pixel".to_owned(), format!("{:.2} µs", summary.core_micros_per_pixel())],
         vec!["peak memory".to_owned(), format!("{:.0} MB", summary.peak_memory_bytes as f64 / 1e6)],
     ];
-    let warnings: u64 = summary.warnings.values().sum();
-    rows.push(vec!["warnings".to_owned(), warnings.to_string()]);
+    rows.push(vec!["kinds of warnings".to_owned(), summary.warnings.len().to_string()]);
     let mut text = table::render(&rows);
     for block in summary.failed_blocks() {
         if let BlockState::Failed(reason) = &block.status {
             text += &format!("block {}_{} failed: {reason}\n", block.ix, block.iy);
         }
+    }
+    if summary.failed_blocks().next().is_some() {
+        text += "the rest of the city is there; the same command tries failed blocks again\n";
     }
     text += &format!("result: {}\n", out.display());
     let report = out.join("report.html");
