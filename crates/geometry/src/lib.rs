@@ -7,6 +7,7 @@
 
 mod covariance;
 mod crs;
+mod disjoint_sets;
 mod frame;
 mod plane;
 mod polygon;
@@ -15,6 +16,7 @@ mod random;
 
 pub use covariance::{Covariance3, symmetric_eigen_2, symmetric_eigen_3};
 pub use crs::{Crs, CrsError};
+pub use disjoint_sets::DisjointSets;
 pub use frame::Frame;
 pub use glam::{DVec2, DVec3, dvec2, dvec3};
 pub use plane::Plane;

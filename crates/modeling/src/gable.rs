@@ -11,21 +11,29 @@
 
 use crate::collapse::short_edges;
 use crate::creases::{Crease, creases};
+use crate::eaves;
 use crate::faces::{Weights, assign};
 use crate::input::BuildingInput;
 use crate::params::Params;
 use crate::partition::Partition;
 use crate::steps::{Profile, offset};
 use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
+use crate::superstructures::{self, Limits};
 use crate::surface::{NONE, complete};
 use gable_arrangement::{Arrangement, Extension, Options, extend};
 use gable_geometry::{DVec2, Plane};
-use gable_lines::{LineSegment, PolylineParams, Ring, fit_polyline, merge_collinear, snap_directions, trace_outline};
+use gable_lines::{
+    LineSegment, LocalGraphParams, PolylineParams, Ring, fit_polyline, merge_collinear, orthogonalise_local_graph,
+    snap_directions, trace_outline,
+};
 use gable_ortho::Raster;
 use gable_planes::Planes;
 
 /// Two planes that differ by less than this where they touch, metres, meet there; otherwise there is a step.
 const MEETING: f64 = 0.5;
+
+/// Smaller sets of pixels of one plane are noise of the labelling, m².
+const SPECK: f64 = 1.0;
 
 /// How far a segment runs on beyond the place where it hits another, metres.
 const OVERSHOOT: f64 = 0.02;
@@ -77,7 +85,9 @@ fn with_planes(
     base: f64,
     params: &Params,
 ) -> Result<Option<Reconstruction>, String> {
-    let surface = complete(labels, planes, &input.height, &input.mask);
+    let mut surface = complete(labels, planes, &input.height, &input.mask);
+    let limits = Limits { area: params.superstructure_area, speck: SPECK, step: MEETING };
+    superstructures::remove(&mut surface, planes, limits);
     let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
     let walls = walls(input, &surface, planes, frames, params);
     let arrangement = arrange(&walls, &creases, params);
@@ -121,8 +131,8 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
     (found.planes.iter().map(|p| p.plane).collect(), labels)
 }
 
-/// Looks for planes once more where the surface lies far from what was found: the storeys of a pagoda and the sides of a
-/// steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
+/// Looks for planes once more where the surface lies far from what was found: the storeys of a pagoda and the sides of
+/// a steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
 fn explain_rest(input: &BuildingInput, found: &mut Planes, detection: &gable_planes::Params) {
     let planes: Vec<Plane> = found.planes.iter().map(|p| p.plane).collect();
     let surface = complete(&found.labels, &planes, &input.height, &input.mask);
@@ -167,7 +177,7 @@ fn walls(
             found.extend(fit_polyline(&ring.middles(), &PolylineParams::default()));
         }
     }
-    found.retain(|s| s.length() >= 0.5 * params.line_length && is_step(s, surface, planes));
+    found.retain(|s| s.length() >= 0.75 * params.line_length && is_step(s, surface, planes));
     snap_directions(&mut found, frames, SNAP);
     for segment in &mut found {
         if let Some((shift, share)) = offset(segment, &input.height, Profile { reach: 1.2, step: 0.5 }) {
@@ -177,8 +187,18 @@ fn walls(
             segment.weight *= 0.5 + share;
         }
     }
-    if params.collinear > 0.0 { merge_collinear(found, params.collinear) } else { found }
+    if params.collinear <= 0.0 {
+        return found;
+    }
+    let found = orthogonalise_local_graph(found, &ALIGNMENT);
+    let mut found = merge_collinear(found, params.collinear);
+    eaves::level(&mut found, surface, planes);
+    found
 }
+
+/// Walls on both sides of a gap, too far apart to be merged, come to lie on one line; so do those that no facade
+/// direction takes. The published angle of 15° would turn walls that are meant to be oblique.
+const ALIGNMENT: LocalGraphParams = LocalGraphParams { distance: 0.3, angle: 0.03, max_drift: 0.35, radius: 30.0 };
 
 /// Whether a border segment is a wall or a step down: the label to its right lies outside or is a lower plane. (Seen
 /// from the lower plane, the same step is a segment of the higher one.)

@@ -2,6 +2,7 @@
 
 mod collapse;
 mod creases;
+mod eaves;
 mod extrude;
 mod faces;
 mod gable;
@@ -14,6 +15,7 @@ mod partition;
 mod roof;
 mod steps;
 mod subdivide;
+mod superstructures;
 mod surface;
 mod zhu2018;
 

@@ -5,7 +5,7 @@ use crate::partition::{Partition, Region};
 use crate::{extrude, junctions, roof};
 use gable_city_model::validate::validate_surfaces;
 use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, quantised, validate_solid};
-use gable_geometry::{DVec2, Plane};
+use gable_geometry::{DVec2, DisjointSets, Plane};
 
 /// Length of the cut that parts a non-manifold junction, metres.
 const CUT: f64 = 0.05;
@@ -133,25 +133,11 @@ fn neighbours(partition: &Partition, joins: impl Fn(usize, usize) -> bool) -> Ve
 }
 
 fn groups(count: usize, pairs: &[(usize, usize)]) -> Vec<Vec<usize>> {
-    let mut root: Vec<usize> = (0..count).collect();
-    fn find(root: &mut [usize], mut i: usize) -> usize {
-        while root[i] != i {
-            root[i] = root[root[i]];
-            i = root[i];
-        }
-        i
-    }
+    let mut sets = DisjointSets::new(count);
     for &(a, b) in pairs {
-        let (a, b) = (find(&mut root, a), find(&mut root, b));
-        root[a.max(b)] = a.min(b);
+        sets.join(a, b);
     }
-    let mut out: Vec<Vec<usize>> = vec![Vec::new(); count];
-    for i in 0..count {
-        let r = find(&mut root, i);
-        out[r].push(i);
-    }
-    out.retain(|g| !g.is_empty());
-    out
+    sets.sets()
 }
 
 /// Mean height of each region's plane, as the height at its centroid, and its area.

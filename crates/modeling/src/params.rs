@@ -25,6 +25,8 @@ pub struct Params {
     pub extension: f64,
     /// Cells smaller than this join a neighbour, m².
     pub min_cell_area: f64,
+    /// Parts on a roof that are smaller than this, and set off from it by steps, are left out, m² (default method).
+    pub superstructure_area: f64,
     /// Weight of a metre of border between two faces (Zhu 2018, Eq. 11, in cubic metres).
     pub beta: f64,
     /// The same for the published method, where data is summed over pixels.
@@ -69,6 +71,7 @@ impl Default for Params {
             collinear: 0.5,
             extension: 3.0,
             min_cell_area: 0.5,
+            superstructure_area: 16.0,
             beta: 0.4,
             beta_pixel: 10.0,
             min_height: 2.0,

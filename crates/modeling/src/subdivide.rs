@@ -2,26 +2,18 @@
 
 use crate::partition::{Edge, Partition};
 use gable_arrangement::Arrangement;
-use gable_geometry::Plane;
+use gable_geometry::{DisjointSets, Plane};
 use std::collections::BTreeMap;
 
 /// The partition that remains when faces of one plane are joined: a region for each connected set of faces with the
 /// same label. Returns the label of each region beside it.
 pub(crate) fn dissolve(arrangement: &Arrangement, labels: &[Option<u16>]) -> (Partition, Vec<u16>) {
     let halves = arrangement.half_edges();
-    let mut root: Vec<usize> = (0..labels.len()).collect();
-    fn find(root: &mut [usize], mut i: usize) -> usize {
-        while root[i] != i {
-            root[i] = root[root[i]];
-            i = root[i];
-        }
-        i
-    }
+    let mut sets = DisjointSets::new(labels.len());
     for e in arrangement.edges() {
         let (l, r) = (e.left as usize, e.right as usize);
         if labels[l].is_some() && labels[l] == labels[r] {
-            let (a, b) = (find(&mut root, l), find(&mut root, r));
-            root[a.max(b)] = a.min(b);
+            sets.join(l, r);
         }
     }
     let mut number = BTreeMap::new();
@@ -30,7 +22,7 @@ pub(crate) fn dissolve(arrangement: &Arrangement, labels: &[Option<u16>]) -> (Pa
         .map(|f| {
             let label = labels[f]?;
             let next = number.len();
-            let n = *number.entry(find(&mut root, f)).or_insert(next);
+            let n = *number.entry(sets.find(f)).or_insert(next);
             if n == next {
                 planes.push(label);
             }

@@ -1,7 +1,7 @@
 //! Union of components across tile borders.
 
 use crate::components::{Component, TileComponents};
-use gable_geometry::{DVec2, dvec2};
+use gable_geometry::{DVec2, DisjointSets, dvec2};
 use gable_ortho::GridWindow;
 
 /// A whole building: all components, over all tiles, that hang together.
@@ -45,7 +45,7 @@ pub fn unite(tiles: &[TileComponents]) -> Vec<Whole> {
         first.push(count);
         count += tile.components.len();
     }
-    let mut sets = Sets::new(count);
+    let mut sets = DisjointSets::new(count);
     for sides in [vertical_sides(tiles, &first), horizontal_sides(tiles, &first)] {
         join_neighbours(sides, &mut sets);
     }
@@ -95,35 +95,13 @@ fn push(out: &mut Vec<SidePixel>, side: &[u32], line: i64, start: i64, behind: b
     out.extend(marked.map(|(i, &mark)| (line, start + i as i64, behind, first + mark as usize - 1)));
 }
 
-fn join_neighbours(mut sides: Vec<SidePixel>, sets: &mut Sets) {
+fn join_neighbours(mut sides: Vec<SidePixel>, sets: &mut DisjointSets) {
     sides.sort_unstable();
     for pair in sides.windows(2) {
         let (before, behind) = (pair[0], pair[1]);
         if (before.0, before.1) == (behind.0, behind.1) && before.2 != behind.2 {
             sets.join(before.3, behind.3);
         }
-    }
-}
-
-/// Union–find with path halving; the smaller number becomes the root.
-struct Sets(Vec<usize>);
-
-impl Sets {
-    fn new(n: usize) -> Self {
-        Self((0..n).collect())
-    }
-
-    fn find(&mut self, mut i: usize) -> usize {
-        while self.0[i] != i {
-            self.0[i] = self.0[self.0[i]];
-            i = self.0[i];
-        }
-        i
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.0[a.max(b)] = a.min(b);
     }
 }
 

@@ -182,6 +182,8 @@ parameters! {
         extension: f64 = gable_modeling::Params::default().extension, "", within(0.0, 20.0);
         /// Cells smaller than this join a neighbour.
         min_cell_area: f64 = gable_modeling::Params::default().min_cell_area, "m²", within(0.0, 50.0);
+        /// Parts on a roof that are smaller than this, and set off from it by steps, are left out, by the method gable.
+        superstructure_area: f64 = gable_modeling::Params::default().superstructure_area, "m²", within(0.0, 1000.0);
         /// Weight of smoothness against data (Zhu 2018, Eq. 11) for the method gable: of a metre of border, against cubic metres.
         beta: f64 = gable_modeling::Params::default().beta, "m³/m", within(0.0, 1000.0);
         /// The same for the method zhu2018, where data is summed over pixels and not over area.

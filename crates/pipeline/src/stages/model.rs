@@ -184,6 +184,7 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
         collinear: given.collinear,
         extension: given.extension,
         min_cell_area: given.min_cell_area,
+        superstructure_area: given.superstructure_area,
         beta: given.beta,
         beta_pixel: given.beta_pixel,
         min_height: context.params.segmentation.min_height,
