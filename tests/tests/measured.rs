@@ -73,7 +73,7 @@ fn weights_are_trained_from_a_city_and_used() {
     ])
     .success()
     .json();
-    assert!(scores["fit"]["iou"].as_f64().unwrap() > 0.6, "{scores}");
+    assert!(scores["fit"]["tree"]["iou"].as_f64().unwrap() > 0.6, "{scores}");
 
     let out = folder.path().join("result");
     let out = out.to_str().unwrap();

@@ -81,20 +81,22 @@ fn run_here(
     }
     // The rest of a city is grey where a texture is missing; only a city without any is treated as untextured.
     let coloured = 2 * photographed > covered;
-    let ground = clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, &mut failures))?;
+    let (ground, saturation) =
+        clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, &mut failures))?;
+    let saturation = coloured.then_some(saturation);
     let known = params.segmentation.footprints.as_deref();
     let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
     let known = known.as_ref();
     workspace.rest_on(&["labels", "models"], &format!("{:?}", failures.blocks()))?;
     let (labelled, holes) = clock.time(Stage::Segment, || {
-        let labelled = segment::segment(&context, &ortho, &ground, blocks.frame(), known, coloured)?;
+        let labelled = segment::segment(&context, &ortho, &ground, blocks.frame(), known, saturation)?;
         labelled.failed.iter().for_each(|(window, reason)| failures.add_window(&blocks, *window, reason));
         let holes = holes::holes(&context, &blocks, &labelled, &failures.blocks())?;
         Ok((labelled, holes))
     })?;
     workspace.rest_on(&["models"], &format!("{:?}", failures.blocks()))?;
     warnings::tell(observer, warnings::of_holes(&holes, blocks.frame().origin), &mut warnings);
-    let tasks = clock.time(Stage::Stitch, || stitch::stitch(&context, &labelled.components, blocks.frame(), known))?;
+    let (tasks, labelled) = clock.time(Stage::Stitch, || stitch::stitch(&context, labelled, blocks.frame(), known))?;
     let mut tiles = clock.time(Stage::Model, || {
         model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, &failures, coloured)
     })?;

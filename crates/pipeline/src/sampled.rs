@@ -6,12 +6,14 @@ use crate::workspace::Workspace;
 use crate::{Observer, Params, PipelineError, artefact, run};
 use gable_geometry::Frame;
 use gable_ortho::{GridWindow, Orthograph};
+use gable_segmentation::GreenExcess;
 use std::path::Path;
 
 /// The rasters of a mesh, in files of a working folder, as the labelling stage sees them.
 pub struct SampledMesh {
     frame: Frame,
     ortho: Mosaic<Orthograph>,
+    saturation: f32,
 }
 
 impl std::fmt::Debug for SampledMesh {
@@ -38,7 +40,12 @@ pub fn sample_mesh(
     let blocks = split::run(&context, &scene)?;
     let textures = run::textures(&blocks, params);
     let (_, ortho) = sample::run(&context, &blocks, &textures)?;
-    Ok(SampledMesh { frame: blocks.frame().clone(), ortho })
+    let mut green = GreenExcess::default();
+    for i in 0..ortho.tiles().len() {
+        let maps = ortho.tile(i)?;
+        green.accumulate(&maps.colour, &maps.photographed);
+    }
+    Ok(SampledMesh { frame: blocks.frame().clone(), ortho, saturation: green.saturation() })
 }
 
 impl SampledMesh {
@@ -46,6 +53,12 @@ impl SampledMesh {
     #[must_use]
     pub fn frame(&self) -> &Frame {
         &self.frame
+    }
+
+    /// The factor that brings the colours of the mesh to the measure of others ([`gable_segmentation::saturated`]).
+    #[must_use]
+    pub fn saturation(&self) -> f32 {
+        self.saturation
     }
 
     /// The rasters on a window of the sampling step; empty where there is no mesh.

@@ -4,6 +4,7 @@ use gable_ortho::Raster;
 
 use crate::components::components;
 use crate::morphology::{close, open};
+use crate::stumps::Plants;
 use crate::{Component, Label};
 
 /// What is cleaned, all in metres and square metres. Zero switches a step off.
@@ -57,17 +58,17 @@ impl CleanupParams {
 
 /// Cleans a label raster in place.
 ///
-/// `above` is the height over the terrain (NaN: no data), `tree` the tree probability. Regions that touch the border of
+/// `above` is the height over the terrain (NaN: no data), `plants` the probabilities of plants. Regions that touch the border of
 /// the raster are not judged by area or height, as they may go on beyond. O(pixels).
-pub fn clean_buildings(labels: &mut Raster<u8>, above: &Raster<f32>, tree: &Raster<f32>, params: &CleanupParams) {
+pub fn clean_buildings(labels: &mut Raster<u8>, above: &Raster<f32>, plants: &Plants, params: &CleanupParams) {
     let area = labels.window().step.powi(2);
     absorb_roof_trees(labels, params.roof_tree_area / area);
-    open_and_close(labels, above, tree, params);
+    open_and_close(labels, above, plants, params);
     fill_holes(labels, params.hole_area / area);
-    drop_regions(labels, above, tree, params);
+    drop_regions(labels, above, plants, params);
 }
 
-fn open_and_close(labels: &mut Raster<u8>, above: &Raster<f32>, tree: &Raster<f32>, params: &CleanupParams) {
+fn open_and_close(labels: &mut Raster<u8>, above: &Raster<f32>, plants: &Plants, params: &CleanupParams) {
     let (width, height, step) = (labels.width(), labels.height(), labels.window().step);
     let mask: Vec<bool> = labels.values().iter().map(|l| *l == Label::Building as u8).collect();
     let opened = open(&mask, width, height, (params.opening / step) as f32);
@@ -76,16 +77,17 @@ fn open_and_close(labels: &mut Raster<u8>, above: &Raster<f32>, tree: &Raster<f3
         if closed[i] {
             *label = Label::Building as u8;
         } else if mask[i] {
-            *label = without_building(above.values()[i], tree.values()[i]);
+            *label = without_building(above.values()[i], plants, i);
         }
     }
 }
 
 // The class of a pixel that is no building after all.
-fn without_building(above: f32, tree: f32) -> u8 {
-    match (above > 2.0, tree > 0.5) {
-        (true, true) => Label::Tree as u8,
-        (false, true) => Label::Grass as u8,
+fn without_building(above: f32, plants: &Plants, i: usize) -> u8 {
+    let likely = |p: &Raster<f32>| p.values()[i] > 0.5;
+    match above > 2.0 {
+        true if likely(&plants.tree) => Label::Tree as u8,
+        false if likely(plants.grass()) => Label::Grass as u8,
         _ => Label::Ground as u8,
     }
 }
@@ -118,7 +120,7 @@ fn fill_holes(labels: &mut Raster<u8>, pixels: f64) {
     }
 }
 
-fn drop_regions(labels: &mut Raster<u8>, above: &Raster<f32>, tree: &Raster<f32>, params: &CleanupParams) {
+fn drop_regions(labels: &mut Raster<u8>, above: &Raster<f32>, plants: &Plants, params: &CleanupParams) {
     let (width, height) = (labels.width(), labels.height());
     let least = params.building_area / labels.window().step.powi(2);
     let (numbers, regions) = components(labels, &(Label::Building as u8));
@@ -127,7 +129,7 @@ fn drop_regions(labels: &mut Raster<u8>, above: &Raster<f32>, tree: &Raster<f32>
         heights.clear();
         let mut trees = 0.0;
         for_pixels(&numbers, region, |i| {
-            trees += f64::from(tree.values()[i]);
+            trees += f64::from(plants.tree.values()[i]);
             if !above.values()[i].is_nan() {
                 heights.push(above.values()[i]);
             }
@@ -136,9 +138,9 @@ fn drop_regions(labels: &mut Raster<u8>, above: &Raster<f32>, tree: &Raster<f32>
         let high = if heights.is_empty() { 0.0 } else { *heights.select_nth_unstable_by(high, f32::total_cmp).1 };
         let leafy = trees / region.pixels as f64 > params.building_tree_share;
         if leafy {
-            relabel(labels, &numbers, region, |i| without_building(above.values()[i], 1.0));
+            relabel(labels, &numbers, region, |_| Label::Tree as u8);
         } else if (region.pixels as f64) < least || f64::from(high) < params.building_height {
-            relabel(labels, &numbers, region, |i| without_building(above.values()[i], tree.values()[i]));
+            relabel(labels, &numbers, region, |i| without_building(above.values()[i], plants, i));
         }
     }
 }
@@ -190,7 +192,7 @@ mod tests {
     fn cars_go_houses_stay_and_courtyards_stay_open() {
         let mut labels = Raster::filled(WINDOW, Label::Ground as u8);
         let mut above = Raster::filled(WINDOW, 0.0_f32);
-        let tree = Raster::filled(WINDOW, 0.1_f32);
+        let plants = Plants { tree: Raster::filled(WINDOW, 0.1_f32), low: None };
         // A house of 20 × 16 m with a courtyard of 4 × 4 m, a chimney hole and a plant on the roof.
         paint(&mut labels, 20..120, 30..110, Label::Building);
         paint(&mut labels, 60..80, 60..80, Label::Ground);
@@ -207,7 +209,7 @@ mod tests {
                 above[(column, row)] = 1.8;
             }
         }
-        clean_buildings(&mut labels, &above, &tree, &CleanupParams::default());
+        clean_buildings(&mut labels, &above, &plants, &CleanupParams::default());
         assert_eq!(labels[(70, 70)], Label::Ground as u8);
         assert_eq!(labels[(31, 41)], Label::Building as u8);
         assert_eq!(labels[(104, 94)], Label::Building as u8);
@@ -224,7 +226,8 @@ mod tests {
         let mut labels = Raster::filled(WINDOW, Label::Ground as u8);
         paint(&mut labels, 0..8, 40..60, Label::Building);
         let above = Raster::filled(WINDOW, 5.0_f32);
-        clean_buildings(&mut labels, &above, &Raster::filled(WINDOW, 0.0), &CleanupParams::default());
+        let plants = Plants { tree: Raster::filled(WINDOW, 0.0), low: None };
+        clean_buildings(&mut labels, &above, &plants, &CleanupParams::default());
         assert_eq!(labels[(3, 50)], Label::Building as u8);
     }
 }

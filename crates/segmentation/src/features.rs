@@ -24,11 +24,16 @@ const DIRECTIONS: usize = 6;
 /// Sides of the entropy windows, in pixels of [`PAPER_STEP`].
 const ENTROPY_WINDOWS: [f64; 3] = [5.0, 9.0, 17.0];
 
-/// Sides of the windows of the geometric features, metres: below, at and above the size of a branch cluster.
-const GEOMETRY_WINDOWS: [f64; 3] = [1.0, 2.6, 5.0];
+/// Sides of the windows of the geometric features, metres: below, at and above the size of a branch cluster, and that of
+/// a crown. On coarse meshes only the last sees that a crown bulges.
+const GEOMETRY_WINDOWS: [f64; 4] = [1.0, 2.6, 5.0, 10.0];
+
+/// Side of the window of the mean colour, metres.
+const MEAN_WINDOW: f64 = 2.6;
 
 const COLOUR_COUNT: usize = 6 + 3 * DIRECTIONS + 3;
-const GEOMETRY_COUNT: usize = 13;
+const MEAN_COUNT: usize = 3;
+const GEOMETRY_COUNT: usize = 5 * GEOMETRY_WINDOWS.len() - 1;
 
 /// Which features a classifier looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,7 +42,7 @@ pub enum FeatureSet {
     /// The 27 published ones: L\*a\*b\* (3), illumination-invariant colour (3), second Gaussian derivatives of L\* at 3
     /// scales and 6 directions (18), entropy of L\* in 3 windows (3) (Zhu 2018, §4.1).
     Zhu27,
-    /// The 27 and the geometric ones.
+    /// The 27, the mean colour around, and the geometric ones.
     Full,
     /// Of the height and normal maps only: distance to a local plane and dispersion of the normals, both also as the
     /// least over the windows that hold the pixel, and convexity. For input without texture. All are blind to slope: a
@@ -51,7 +56,7 @@ impl FeatureSet {
     pub fn len(self) -> usize {
         match self {
             Self::Zhu27 => COLOUR_COUNT,
-            Self::Full => COLOUR_COUNT + GEOMETRY_COUNT,
+            Self::Full => COLOUR_COUNT + MEAN_COUNT + GEOMETRY_COUNT,
             Self::Geometric => GEOMETRY_COUNT,
         }
     }
@@ -98,12 +103,15 @@ impl FeatureSet {
             }
             names.extend(ENTROPY_WINDOWS.map(|w| format!("entropy of l, {:.1} m", w * PAPER_STEP)));
         }
+        if self == Self::Full {
+            names.extend(["l", "a", "b"].map(|c| format!("mean {c}, {MEAN_WINDOW} m")));
+        }
         if self.needs_geometry() {
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("plane residual, {w} m")));
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("least plane residual around, {w} m")));
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("normal dispersion, {w} m")));
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("least normal dispersion around, {w} m")));
-            names.push("convexity, 2.6 m".to_owned());
+            names.extend(GEOMETRY_WINDOWS[1..].iter().map(|w| format!("convexity, {w} m")));
         }
         names
     }
@@ -135,7 +143,7 @@ pub fn for_each_feature(
     };
     if set.needs_colour() {
         let colour = input.colour.ok_or(Error::ColourMissing { set: set.name() })?;
-        colour_planes(colour, window.step, &mut emit);
+        colour_planes(colour, set == FeatureSet::Full, &mut emit);
     }
     if set.needs_geometry() {
         geometry_planes(input.height, input.normal, &mut emit);
@@ -143,8 +151,8 @@ pub fn for_each_feature(
     Ok(())
 }
 
-fn colour_planes(colour: &Raster<[u8; 3]>, step: f64, emit: &mut impl FnMut(&[f32])) {
-    let (width, height) = (colour.width(), colour.height());
+fn colour_planes(colour: &Raster<[u8; 3]>, with_means: bool, emit: &mut impl FnMut(&[f32])) {
+    let (width, height, step) = (colour.width(), colour.height(), colour.window().step);
     let mut planes: [Vec<f32>; 6] = std::array::from_fn(|_| Vec::with_capacity(width * height));
     // Neighbours often share a colour; looking it up again would cost three logarithms and three cube roots.
     let mut last = ([0; 3], colour_features([0; 3]));
@@ -157,6 +165,9 @@ fn colour_planes(colour: &Raster<[u8; 3]>, step: f64, emit: &mut impl FnMut(&[f3
         }
     }
     planes.iter().for_each(|plane| emit(plane));
+    let means = if with_means { 3 } else { 0 };
+    let means: Vec<Vec<f32>> =
+        planes[..means].iter().map(|plane| box_mean(plane, width, height, radius(MEAN_WINDOW, step))).collect();
     let [lightness, ..] = planes;
     let mut response = Vec::with_capacity(width * height);
     for sigma in SIGMAS {
@@ -169,6 +180,7 @@ fn colour_planes(colour: &Raster<[u8; 3]>, step: f64, emit: &mut impl FnMut(&[f3
     for side in ENTROPY_WINDOWS {
         emit(&local_entropy(&lightness, width, height, radius(side * PAPER_STEP, step)));
     }
+    means.iter().for_each(|plane| emit(plane));
 }
 
 fn geometry_planes(height: &Raster<f32>, normal: &Raster<[f32; 3]>, emit: &mut impl FnMut(&[f32])) {
@@ -199,9 +211,11 @@ fn geometry_planes(height: &Raster<f32>, normal: &Raster<[f32; 3]>, emit: &mut i
     for (plane, r) in dispersions.iter().zip(radii) {
         emit(&box_min(plane, w, h, r));
     }
-    let mut convexity = box_mean(&heights, w, h, radii[1]);
-    convexity.iter_mut().zip(&heights).for_each(|(mean, z)| *mean = z - *mean);
-    emit(&convexity);
+    for r in &radii[1..] {
+        let mut convexity = box_mean(&heights, w, h, *r);
+        convexity.iter_mut().zip(&heights).for_each(|(mean, z)| *mean = z - *mean);
+        emit(&convexity);
+    }
 }
 
 /// Radius in pixels of a window whose side is given in metres, at least 1.

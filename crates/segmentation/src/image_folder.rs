@@ -91,10 +91,10 @@ mod tests {
         let options = TrainOptions { features: FeatureSet::Zhu27, rounds: 20, samples: 500, ..TrainOptions::default() };
         let (model, report) = train(&rasters, &options).unwrap();
         assert_eq!(report.held_out.len(), 2);
-        assert!(report.fit.iou() > 0.9, "{:?}", report.fit);
+        assert!(report.fit.tree.iou() > 0.9, "{:?}", report.fit);
         assert_eq!(train(&rasters, &options).unwrap().0, model);
         // Rows of rasters run north, those of pictures south.
-        assert_eq!(rasters[0].mask[(0, 59)], 1);
+        assert_eq!(rasters[0].labels[(0, 59)], crate::Label::Tree as u8);
         std::fs::remove_file(masks.join("a_1.png")).unwrap();
         std::fs::remove_file(masks.join("b_1.png")).unwrap();
         assert!(matches!(read_labelled_images(&images, &masks, 0.2), Err(Error::Image { .. })));

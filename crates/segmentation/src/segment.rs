@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cleanup::{CleanupParams, clean_buildings};
 use crate::features::FeatureSet;
-use crate::stumps::Model;
+use crate::stumps::{Model, Plants};
 use crate::{Error, Label, Orthograph};
 
 /// Pixel for which the paper gives its weight of smoothness, metres.
@@ -95,8 +95,8 @@ impl SegmentParams {
 pub struct Segmentation {
     /// [`Label`] of each pixel, as its number.
     pub labels: Raster<u8>,
-    /// Tree probability of each pixel.
-    pub tree: Raster<f32>,
+    /// Probabilities of plants at each pixel.
+    pub plants: Plants,
     /// Height over the ground, metres; NaN without data.
     pub above: Raster<f32>,
     /// The features that the classifier looked at.
@@ -126,12 +126,12 @@ pub fn segment(
     if terrain.window() != window {
         return Err(Error::WindowMismatch { what: "terrain" });
     }
-    let tree = model.probability(input)?;
+    let plants = model.probability(input)?;
     let features = model.features;
     let mut above = input.height.clone();
     if window.is_empty() {
         let labels = Raster::new(window, Vec::new());
-        return Ok(Segmentation { labels, tree, above, features, energy: 0.0 });
+        return Ok(Segmentation { labels, plants, above, features, energy: 0.0 });
     }
     let (right, up) = smoothness(input.height, params);
     let mut labels = Vec::new();
@@ -143,13 +143,13 @@ pub fn segment(
             let ground = if params.method == Method::Zhu2018 { constant } else { terrain.values()[i] };
             *above = (input.height.values()[i] - ground).max(0.0) + 0.0 * input.height.values()[i];
         }
-        let unary = data_term(&above, &tree, features.needs_colour(), params);
+        let unary = data_term(&above, &plants, features.needs_colour(), params);
         (labels, energy) = cut(window.width, window.height, &unary, &right, &up)?;
         constant = mean_ground(input.height, &labels).unwrap_or(constant);
     }
     let mut labels = Raster::new(window, labels);
-    clean_buildings(&mut labels, &above, &tree, &params.cleanup);
-    Ok(Segmentation { labels, tree, above, features, energy })
+    clean_buildings(&mut labels, &above, &plants, &params.cleanup);
+    Ok(Segmentation { labels, plants, above, features, energy })
 }
 
 fn lowest(height: &Raster<f32>) -> f32 {
@@ -169,11 +169,12 @@ fn mean_ground(height: &Raster<f32>, labels: &[u8]) -> Option<f32> {
 }
 
 /// Costs of the four classes, pixel by pixel.
-fn data_term(above: &Raster<f32>, tree: &Raster<f32>, has_colour: bool, params: &SegmentParams) -> Vec<f32> {
+fn data_term(above: &Raster<f32>, plants: &Plants, has_colour: bool, params: &SegmentParams) -> Vec<f32> {
     let mut unary = Vec::with_capacity(4 * above.values().len());
     let (middle, steepness) = (params.height as f32, params.steepness as f32);
     let (weight, doubt, share) = (params.tree_weight as f32, params.doubt as f32, params.tree_share as f32);
-    for (&above, &t) in above.values().iter().zip(tree.values()) {
+    let both = plants.tree.values().iter().zip(plants.grass().values());
+    for (&above, (&t, &g)) in above.values().iter().zip(both) {
         if above.is_nan() {
             unary.extend([0.0, NO_DATA_COST, NO_DATA_COST, NO_DATA_COST]);
             continue;
@@ -181,14 +182,15 @@ fn data_term(above: &Raster<f32>, tree: &Raster<f32>, has_colour: bool, params: 
         let high = 1.0 / (1.0 + (-steepness * (above - middle)).exp());
         let costs = match params.method {
             // Eq. 4.
-            Method::Zhu2018 => [high * t, high * (1.0 - t), (1.0 - high) * (1.0 - t), (1.0 - high) * t],
+            Method::Zhu2018 => [high * g, high * (1.0 - g), (1.0 - high) * (1.0 - t), (1.0 - high) * t],
             Method::Likelihood => {
                 let cost = |p: f32| -(doubt + (1.0 - 2.0 * doubt) * p).ln();
                 let (is_low, is_high) = (cost(1.0 - high), cost(high));
-                let t = t * share / (t * share + (1.0 - t) * (1.0 - share));
-                let (leafy, bare) = (weight * cost(t), weight * cost(1.0 - t));
+                let prior = |p: f32| p * share / (p * share + (1.0 - p) * (1.0 - share));
                 // Without colour nothing tells grass from other ground.
-                let (grass, ground) = if has_colour { (leafy, bare) } else { (weight * cost(0.0), weight * cost(1.0)) };
+                let (t, g) = (prior(t), if has_colour { prior(g) } else { 0.0 });
+                let (leafy, bare) = (weight * cost(t), weight * cost(1.0 - t));
+                let (grass, ground) = (weight * cost(g), weight * cost(1.0 - g));
                 [is_low + ground, is_low + grass, is_high + leafy, is_high + bare]
             }
         };
@@ -245,7 +247,7 @@ mod tests {
     // Green is a tree: one stump on a*.
     fn green() -> Model {
         let stump = Stump { feature: 1, threshold: -10.0, below: 3.0, above: -3.0 };
-        Model::new(FeatureSet::Zhu27, vec![stump], String::new())
+        Model::new(FeatureSet::Zhu27, vec![stump], None, String::new())
     }
 
     struct Scene {
@@ -328,10 +330,10 @@ mod tests {
     fn equation_4_by_hand() {
         let window = GridWindow { width: 1, height: 1, ..WINDOW };
         let above = Raster::filled(window, 3.5_f32);
-        let tree = Raster::filled(window, 0.2_f32);
+        let plants = Plants { tree: Raster::filled(window, 0.2_f32), low: None };
         let h = 1.0 / (1.0 + (-1.0_f32).exp());
         let expected = [h * 0.2, h * 0.8, (1.0 - h) * 0.8, (1.0 - h) * 0.2];
-        let found = data_term(&above, &tree, true, &SegmentParams::zhu2018());
+        let found = data_term(&above, &plants, true, &SegmentParams::zhu2018());
         for (f, e) in found.iter().zip(expected) {
             assert!((f - e).abs() < 1e-6, "{found:?} {expected:?}");
         }

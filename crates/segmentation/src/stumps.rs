@@ -1,4 +1,4 @@
-//! A boosted sum of decision stumps: the strong classifier and its evaluation (Zhu 2018, Eq. 1–2).
+//! Boosted sums of decision stumps: the strong classifiers and their evaluation (Zhu 2018, Eq. 1–2).
 
 use gable_ortho::Raster;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use crate::features::{FeatureSet, for_each_feature};
 use crate::{Error, Orthograph};
 
 /// Version of the weights file.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A decision stump: one value up to a threshold of one feature, another beyond it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,29 +22,68 @@ pub struct Stump {
     pub above: f32,
 }
 
-/// A trained tree classifier.
+/// A trained classifier of two classes.
 ///
-/// The score of a pixel is `F = Σ f_t` over the stumps, its tree probability `t = 1 / (1 + e^−(scale·F + offset))`. The
-/// paper's Eq. 2 has scale 1 and offset 0; the trained values make t agree with the share of trees (Platt 1999).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Model {
-    /// Version of the file format.
-    pub version: u32,
-    /// The features that the stumps look at.
-    pub features: FeatureSet,
+/// The score of a pixel is `F = Σ f_t` over the stumps, its probability `t = 1 / (1 + e^−(scale·F + offset))`. The
+/// paper's Eq. 2 has scale 1 and offset 0; the trained values make t agree with the share of the class (Platt 1999).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Classifier {
     /// The stumps, in the order of training.
     pub stumps: Vec<Stump>,
     /// Platt's scale.
     pub scale: f32,
     /// Platt's offset.
     pub offset: f32,
+}
+
+impl Classifier {
+    /// The probability of a score.
+    #[must_use]
+    pub fn calibrated(&self, score: f32) -> f32 {
+        1.0 / (1.0 + (-(self.scale * score + self.offset)).exp())
+    }
+}
+
+/// What tells plants from the rest.
+///
+/// What decides between tree and building is shape, and colour beside it; what decides between grass and ground is colour
+/// alone, as both are flat. So each pair has a classifier of its own, over the same features. The published method has one
+/// for plants of any height.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// Version of the file format.
+    pub version: u32,
+    /// The features that the stumps look at.
+    pub features: FeatureSet,
+    /// Tells trees from buildings; plants from the rest if there is no other.
+    pub tree: Classifier,
+    /// Tells grass from ground.
+    pub grass: Option<Classifier>,
     /// What the model was trained on, in words.
     pub trained_on: String,
 }
 
+/// Probabilities of plants, pixel by pixel.
+#[derive(Clone, Debug)]
+pub struct Plants {
+    /// That of tree against building, where something high stands.
+    pub tree: Raster<f32>,
+    /// That of grass against ground, where nothing does; as `tree` if absent.
+    pub low: Option<Raster<f32>>,
+}
+
+impl Plants {
+    /// That of grass against ground.
+    #[must_use]
+    pub fn grass(&self) -> &Raster<f32> {
+        self.low.as_ref().unwrap_or(&self.tree)
+    }
+}
+
 impl Model {
-    pub(crate) fn new(features: FeatureSet, stumps: Vec<Stump>, trained_on: String) -> Self {
-        Self { version: VERSION, features, stumps, scale: 1.0, offset: 0.0, trained_on }
+    pub(crate) fn new(features: FeatureSet, tree: Vec<Stump>, grass: Option<Vec<Stump>>, trained_on: String) -> Self {
+        let raw = |stumps| Classifier { stumps, scale: 1.0, offset: 0.0 };
+        Self { version: VERSION, features, tree: raw(tree), grass: grass.map(raw), trained_on }
     }
 
     /// Reads a weights file.
@@ -52,11 +91,18 @@ impl Model {
     /// # Errors
     /// If the text is no such file, of another version, or names features that the set does not have.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        let model: Self = serde_json::from_str(text).map_err(|e| Error::Weights(e.to_string()))?;
-        if model.version != VERSION {
-            return Err(Error::Weights(format!("version {}, this program reads {VERSION}", model.version)));
+        #[derive(Deserialize)]
+        struct Head {
+            version: u32,
         }
-        if let Some(stump) = model.stumps.iter().find(|s| s.feature >= model.features.len()) {
+        let wrong = |e: serde_json::Error| Error::Weights(e.to_string());
+        let Head { version } = serde_json::from_str(text).map_err(wrong)?;
+        if version != VERSION {
+            return Err(Error::Weights(format!("version {version}, this program reads {VERSION}")));
+        }
+        let model: Self = serde_json::from_str(text).map_err(wrong)?;
+        let mut stumps = model.tree.stumps.iter().chain(model.grass.iter().flat_map(|g| &g.stumps));
+        if let Some(stump) = stumps.find(|s| s.feature >= model.features.len()) {
             let (set, expected) = (model.features.name(), model.features.len());
             return Err(Error::FeatureCount { set, expected, found: stump.feature + 1 });
         }
@@ -66,14 +112,22 @@ impl Model {
     /// The weights file, one stump a line.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let line = |s: &Stump| serde_json::to_string(s).unwrap_or_default();
-        let head = Self { stumps: Vec::new(), ..self.clone() };
-        let stumps: Vec<String> = self.stumps.iter().map(|s| format!("    {}", line(s))).collect();
-        let head = serde_json::to_string_pretty(&head).unwrap_or_default();
-        head.replace("\"stumps\": []", &format!("\"stumps\": [\n{}\n  ]", stumps.join(",\n"))) + "\n"
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        let mut out = String::with_capacity(text.len());
+        // A stump is the only thing so deep; its lines are joined.
+        for line in text.lines() {
+            let inner = line.trim_start();
+            match line.len() - inner.len() {
+                8 => out.extend([inner, if inner.ends_with(',') { " " } else { "" }]),
+                6 if inner == "{" => out.push_str("      {"),
+                6 if inner.starts_with('}') => out.extend([inner, "\n"]),
+                _ => out.extend([line, "\n"]),
+            }
+        }
+        out
     }
 
-    /// The classifier with the weights that ship inside.
+    /// The classifiers with the weights that ship inside.
     #[must_use]
     pub fn shipped(features: FeatureSet) -> Self {
         let text = match features {
@@ -84,31 +138,27 @@ impl Model {
         Self::from_json(text).expect("the shipped weights are read by a test")
     }
 
-    /// The score F of every pixel.
+    /// The probabilities of every pixel.
     ///
     /// # Errors
     /// If the features need colour and there is none.
-    pub fn score(&self, input: &Orthograph<'_>) -> Result<Raster<f32>, Error> {
-        let tables = StepFunctions::new(&self.stumps, self.features.len());
-        let mut score = Raster::filled(input.height.window(), tables.base);
-        for_each_feature(input, self.features, |feature, values| tables.add(feature, values, score.values_mut()))?;
-        Ok(score)
-    }
-
-    /// The tree probability of every pixel.
-    ///
-    /// # Errors
-    /// If the features need colour and there is none.
-    pub fn probability(&self, input: &Orthograph<'_>) -> Result<Raster<f32>, Error> {
-        let mut score = self.score(input)?;
-        score.values_mut().iter_mut().for_each(|f| *f = self.calibrated(*f));
-        Ok(score)
-    }
-
-    /// The tree probability of a score.
-    #[must_use]
-    pub fn calibrated(&self, score: f32) -> f32 {
-        1.0 / (1.0 + (-(self.scale * score + self.offset)).exp())
+    pub fn probability(&self, input: &Orthograph<'_>) -> Result<Plants, Error> {
+        let sum = |c: &Classifier| StepFunctions::new(&c.stumps, self.features.len());
+        let (tree_steps, low_steps) = (sum(&self.tree), self.grass.as_ref().map(sum));
+        let window = input.height.window();
+        let mut tree = Raster::filled(window, tree_steps.base);
+        let mut low = low_steps.as_ref().map(|steps| Raster::filled(window, steps.base));
+        for_each_feature(input, self.features, |feature, values| {
+            tree_steps.add(feature, values, tree.values_mut());
+            if let (Some(steps), Some(low)) = (&low_steps, &mut low) {
+                steps.add(feature, values, low.values_mut());
+            }
+        })?;
+        tree.values_mut().iter_mut().for_each(|f| *f = self.tree.calibrated(*f));
+        if let (Some(grass), Some(low)) = (&self.grass, &mut low) {
+            low.values_mut().iter_mut().for_each(|f| *f = grass.calibrated(*f));
+        }
+        Ok(Plants { tree, low })
     }
 }
 
@@ -190,7 +240,8 @@ mod tests {
         for set in [FeatureSet::Zhu27, FeatureSet::Full, FeatureSet::Geometric] {
             let model = Model::shipped(set);
             assert_eq!(model.features, set);
-            assert_eq!(model.stumps.len(), 200);
+            assert_eq!(model.tree.stumps.len(), 200);
+            assert_eq!(model.grass.is_some(), set == FeatureSet::Full);
             assert_eq!(Model::from_json(&model.to_json()).unwrap(), model);
         }
     }
@@ -199,9 +250,9 @@ mod tests {
     fn foreign_weights_are_refused() {
         assert!(matches!(Model::from_json("{}"), Err(Error::Weights(_))));
         let stump = Stump { feature: 27, threshold: 0.0, below: 0.0, above: 1.0 };
-        let text = Model::new(FeatureSet::Zhu27, vec![stump], String::new()).to_json();
+        let text = Model::new(FeatureSet::Zhu27, vec![stump], None, String::new()).to_json();
         assert!(matches!(Model::from_json(&text), Err(Error::FeatureCount { found: 28, .. })));
-        let other = text.replace("\"version\": 1", "\"version\": 9");
+        let other = text.replace("\"version\": 2", "\"version\": 9");
         assert!(matches!(Model::from_json(&other), Err(Error::Weights(_))));
     }
 }

@@ -1,4 +1,4 @@
-//! Training of the tree classifier from labelled rasters.
+//! Training of the plant classifiers from labelled rasters.
 
 use gable_geometry::Counter;
 use gable_ortho::{GridWindow, Raster};
@@ -6,13 +6,13 @@ use gable_ortho::{GridWindow, Raster};
 use crate::boosting::{Boosting, Samples, boost, calibrate};
 use crate::features::{FeatureSet, for_each_feature};
 use crate::roughness::box_mean;
-use crate::stumps::Model;
-use crate::{Error, Orthograph};
+use crate::stumps::{Classifier, Model, Stump};
+use crate::{Error, Label, Orthograph};
 
-/// Value of a mask where nothing is known.
+/// Label where nothing is known.
 pub const UNKNOWN: u8 = 255;
 
-/// A raster whose trees are marked.
+/// A raster whose classes are known.
 #[derive(Clone, Debug)]
 pub struct LabelledRaster {
     /// Name, for messages.
@@ -23,8 +23,8 @@ pub struct LabelledRaster {
     pub colour: Option<Raster<[u8; 3]>>,
     /// Height and normal maps on the same window.
     pub geometry: Option<(Raster<f32>, Raster<[f32; 3]>)>,
-    /// 0: no tree, [`UNKNOWN`]: not looked at, else: tree.
-    pub mask: Raster<u8>,
+    /// [`Label`] of each pixel as its number, or [`UNKNOWN`].
+    pub labels: Raster<u8>,
 }
 
 /// How a classifier is trained.
@@ -36,7 +36,7 @@ pub struct TrainOptions {
     pub rounds: usize,
     /// The kind of boosting.
     pub boosting: Boosting,
-    /// Copies of each raster under another light: gain, contrast, colour cast and blur are drawn at random.
+    /// Copies of each raster under another light: gain, contrast, saturation, colour cast and blur are drawn at random.
     pub copies: usize,
     /// Samples of each class from each copy.
     pub samples: usize,
@@ -57,21 +57,21 @@ impl Default for TrainOptions {
     }
 }
 
-/// How well trees are found in rasters, by pixels.
+/// How well one class of plants is told from what it is told from, by pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TreeScore {
-    /// Tree pixels found.
+pub struct Score {
+    /// Plant pixels found.
     pub hits: u64,
-    /// Other pixels called tree.
+    /// Other pixels called plant.
     pub false_alarms: u64,
-    /// Tree pixels missed.
+    /// Plant pixels missed.
     pub misses: u64,
     /// Other pixels called so.
     pub rejections: u64,
 }
 
-impl TreeScore {
-    /// Intersection over union of the trees.
+impl Score {
+    /// Intersection over union of the plants.
     #[must_use]
     pub fn iou(&self) -> f64 {
         self.hits as f64 / (self.hits + self.false_alarms + self.misses) as f64
@@ -83,87 +83,168 @@ impl TreeScore {
         let right = self.hits + self.rejections;
         right as f64 / (right + self.false_alarms + self.misses) as f64
     }
+
+    /// Pixels that were looked at.
+    #[must_use]
+    pub fn pixels(&self) -> u64 {
+        self.hits + self.false_alarms + self.misses + self.rejections
+    }
+
+    fn count(&mut self, task: Task, probability: &Raster<f32>, labels: &Raster<u8>) {
+        for (p, label) in probability.values().iter().zip(labels.values()) {
+            match (task.wants(*label), *p > 0.5) {
+                (None, _) => {}
+                (Some(false), false) => self.rejections += 1,
+                (Some(false), true) => self.false_alarms += 1,
+                (Some(true), true) => self.hits += 1,
+                (Some(true), false) => self.misses += 1,
+            }
+        }
+    }
+}
+
+/// Scores of both classifiers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlantScores {
+    /// Trees among trees and buildings; with [`FeatureSet::Zhu27`] plants among everything.
+    pub tree: Score,
+    /// Grass among grass and ground; empty with [`FeatureSet::Zhu27`].
+    pub grass: Score,
 }
 
 /// What training says about the model.
 #[derive(Clone, Debug)]
 pub struct TrainReport {
-    /// For each source, the score of a model that was trained on the other sources.
-    pub held_out: Vec<(String, TreeScore)>,
-    /// Score of the final model on what it was trained on.
-    pub fit: TreeScore,
+    /// For each source, the scores of a model that was trained on the other sources.
+    pub held_out: Vec<(String, PlantScores)>,
+    /// Scores of the final model on what it was trained on.
+    pub fit: PlantScores,
     /// Samples of the final training.
     pub samples: usize,
 }
 
-/// Trains and calibrates a classifier.
+/// What a classifier is to find, and among what.
+#[derive(Clone, Copy)]
+struct Task {
+    plants: &'static [Label],
+    others: &'static [Label],
+}
+
+impl Task {
+    const PLANTS: Self = Self { plants: &[Label::Grass, Label::Tree], others: &[Label::Ground, Label::Building] };
+    const TREES: Self = Self { plants: &[Label::Tree], others: &[Label::Building] };
+    const GRASS: Self = Self { plants: &[Label::Grass], others: &[Label::Ground] };
+
+    /// The tasks of the two classifiers of a set of features.
+    fn of(set: FeatureSet) -> (Self, Option<Self>) {
+        match set {
+            FeatureSet::Zhu27 => (Self::PLANTS, None),
+            FeatureSet::Full => (Self::TREES, Some(Self::GRASS)),
+            FeatureSet::Geometric => (Self::TREES, None),
+        }
+    }
+
+    /// Whether a label is to be found; `None` if it is not looked at.
+    fn wants(self, label: u8) -> Option<bool> {
+        let label = Label::from_u8(label)?;
+        if self.plants.contains(&label) { Some(true) } else { self.others.contains(&label).then_some(false) }
+    }
+}
+
+/// Trains and calibrates the classifiers.
 ///
 /// Each source is held out once: the model of the others is scored on it, and its scores there give Platt's scale and
 /// offset, so that probabilities stay honest on a city that was never seen. With one source the rasters take the place
-/// of sources; with one raster the calibration is made on the training samples. Deterministic for a seed.
+/// of sources; with one raster the calibration is made on the training samples. Where no raster holds both grass and
+/// ground, there is no classifier of grass. Deterministic for a seed.
 ///
 /// # Errors
-/// If the rasters lack what the features need, lie on different windows, or hold one class only.
+/// If the rasters lack what the features need, lie on different windows, or hold no tree or nothing else.
 pub fn train(rasters: &[LabelledRaster], options: &TrainOptions) -> Result<(Model, TrainReport), Error> {
     let groups = groups(rasters);
     let mut sets = Vec::with_capacity(rasters.len());
     for (index, raster) in rasters.iter().enumerate() {
         sets.push(samples_of(raster, index, options)?);
     }
-    let all = gather(&sets, &groups, |_| true);
-    let names: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
-    let stumps = boost(&all, options.rounds, options.boosting)?;
-    let mut model = Model::new(options.features, stumps, names.join(", "));
-    let mut held_out = Vec::new();
-    let (mut scores, mut positive, mut weight) = (Vec::new(), Vec::new(), Vec::new());
-    let mut calibrate_on = |model: &Model, samples: &Samples| {
-        for i in 0..samples.len() {
-            let score = |s: &crate::Stump| if samples.features[s.feature][i] > s.threshold { s.above } else { s.below };
-            scores.push(model.stumps.iter().map(score).sum::<f32>());
-        }
-        positive.extend_from_slice(&samples.positive);
-        weight.extend_from_slice(&samples.weight);
+    let (trees, grass) = Task::of(options.features);
+    let learn = |task: Task, take: &dyn Fn(usize) -> bool| {
+        boost(&gather(&sets, &groups, task, take), options.rounds, options.boosting)
     };
+    let names: Vec<&str> = groups.iter().map(|g| g.0.as_str()).collect();
+    let low = grass.and_then(|task| learn(task, &|_| true).ok());
+    let mut model = Model::new(options.features, learn(trees, &|_| true)?, low, names.join(", "));
+    let mut held_out = Vec::new();
+    let mut tree_scores = Scored::default();
+    let mut low_scores = Scored::default();
     if groups.len() > 1 {
         for (g, (name, members)) in groups.iter().enumerate() {
-            let others = gather(&sets, &groups, |other| other != g);
-            let Ok(stumps) = boost(&others, options.rounds, options.boosting) else { continue };
-            let partial = Model::new(options.features, stumps, String::new());
-            calibrate_on(&partial, &gather(&sets, &groups, |other| other == g));
+            let Ok(stumps) = learn(trees, &|other| other != g) else { continue };
+            let low = grass.and_then(|task| learn(task, &|other| other != g).ok());
+            let partial = Model::new(options.features, stumps, low, String::new());
+            tree_scores.add(&partial.tree.stumps, &gather(&sets, &groups, trees, &|other| other == g));
+            if let (Some(task), Some(low)) = (grass, &partial.grass) {
+                low_scores.add(&low.stumps, &gather(&sets, &groups, task, &|other| other == g));
+            }
             let members: Vec<&LabelledRaster> = members.iter().map(|&m| &rasters[m]).collect();
             held_out.push((name.clone(), evaluate(&partial, &members)?));
         }
     }
-    if held_out.is_empty() {
-        calibrate_on(&model, &all);
+    if tree_scores.scores.is_empty() {
+        tree_scores.add(&model.tree.stumps, &gather(&sets, &groups, trees, &|_| true));
     }
-    (model.scale, model.offset) = calibrate(&scores, &positive, &weight);
+    tree_scores.calibrate(&mut model.tree);
+    if let (Some(task), Some(low)) = (grass, &mut model.grass) {
+        if low_scores.scores.is_empty() {
+            low_scores.add(&low.stumps, &gather(&sets, &groups, task, &|_| true));
+        }
+        low_scores.calibrate(low);
+    }
     let fit = evaluate(&model, &rasters.iter().collect::<Vec<_>>())?;
-    Ok((model, TrainReport { held_out, fit, samples: all.len() }))
+    let samples = sets.iter().map(|s| s.labels.len()).sum();
+    Ok((model, TrainReport { held_out, fit, samples }))
 }
 
-/// Scores a model on labelled rasters; a pixel is a tree if its probability exceeds one half.
+/// Scores of samples, to calibrate by.
+#[derive(Default)]
+struct Scored {
+    scores: Vec<f32>,
+    positive: Vec<bool>,
+    weight: Vec<f32>,
+}
+
+impl Scored {
+    fn add(&mut self, stumps: &[Stump], samples: &Samples) {
+        for i in 0..samples.len() {
+            let score = |s: &Stump| if samples.features[s.feature][i] > s.threshold { s.above } else { s.below };
+            self.scores.push(stumps.iter().map(score).sum::<f32>());
+        }
+        self.positive.extend_from_slice(&samples.positive);
+        self.weight.extend_from_slice(&samples.weight);
+    }
+
+    fn calibrate(&self, classifier: &mut Classifier) {
+        (classifier.scale, classifier.offset) = calibrate(&self.scores, &self.positive, &self.weight);
+    }
+}
+
+/// Scores a model on labelled rasters; a pixel is a plant if its probability exceeds one half.
 ///
 /// # Errors
 /// If the rasters lack what the features need or lie on different windows.
-pub fn evaluate(model: &Model, rasters: &[&LabelledRaster]) -> Result<TreeScore, Error> {
-    let mut score = TreeScore::default();
+pub fn evaluate(model: &Model, rasters: &[&LabelledRaster]) -> Result<PlantScores, Error> {
+    let mut scores = PlantScores::default();
+    let (trees, grass) = Task::of(model.features);
     for raster in rasters {
         let (height, normal) = geometry(raster, model.features)?;
         let input = Orthograph { colour: raster.colour.as_ref(), height: &height, normal: &normal };
         input.check()?;
-        let probability = model.probability(&input)?;
-        for (p, mask) in probability.values().iter().zip(raster.mask.values()) {
-            match (*mask, *p > 0.5) {
-                (UNKNOWN, _) => {}
-                (0, false) => score.rejections += 1,
-                (0, true) => score.false_alarms += 1,
-                (_, true) => score.hits += 1,
-                (_, false) => score.misses += 1,
-            }
+        let found = model.probability(&input)?;
+        scores.tree.count(trees, &found.tree, &raster.labels);
+        if let (Some(task), Some(low)) = (grass, &found.low) {
+            scores.grass.count(task, low, &raster.labels);
         }
     }
-    Ok(score)
+    Ok(scores)
 }
 
 // Sources and the rasters of each, in the order of first appearance.
@@ -182,21 +263,29 @@ fn groups(rasters: &[LabelledRaster]) -> Vec<(String, Vec<usize>)> {
     if sources.len() > 1 { sources } else { by(|r| &r.name) }
 }
 
-// The samples of some groups; every group has the same total weight, and so have its classes.
-fn gather(sets: &[Samples], groups: &[(String, Vec<usize>)], take: impl Fn(usize) -> bool) -> Samples {
+/// Samples of one raster, of any class.
+struct LabelSamples {
+    /// `features[f][i]`: feature f of sample i.
+    features: Vec<Vec<f32>>,
+    labels: Vec<u8>,
+}
+
+// The samples of some groups for a task; every group has the same total weight, and so have its classes.
+fn gather(sets: &[LabelSamples], groups: &[(String, Vec<usize>)], task: Task, take: &dyn Fn(usize) -> bool) -> Samples {
     let mut out =
         Samples { features: vec![Vec::new(); sets.first().map_or(0, |s| s.features.len())], ..Samples::default() };
     for (_, (_, members)) in groups.iter().enumerate().filter(|(g, _)| take(*g)) {
-        let count = |class: bool| -> usize {
-            members.iter().map(|&m| sets[m].positive.iter().filter(|p| **p == class).count()).sum()
-        };
+        let all = || members.iter().flat_map(|&m| &sets[m].labels);
+        let count = |class: bool| all().filter(|l| task.wants(**l) == Some(class)).count();
         let weights = [count(false), count(true)].map(|n| 1000.0 / n.max(1) as f32);
         for set in members.iter().map(|&m| &sets[m]) {
+            let wanted: Vec<(usize, bool)> =
+                set.labels.iter().enumerate().filter_map(|(i, l)| Some((i, task.wants(*l)?))).collect();
             for (out, feature) in out.features.iter_mut().zip(&set.features) {
-                out.extend_from_slice(feature);
+                out.extend(wanted.iter().map(|w| feature[w.0]));
             }
-            out.positive.extend_from_slice(&set.positive);
-            out.weight.extend(set.positive.iter().map(|p| weights[usize::from(*p)]));
+            out.positive.extend(wanted.iter().map(|w| w.1));
+            out.weight.extend(wanted.iter().map(|w| weights[usize::from(w.1)]));
         }
     }
     out
@@ -207,35 +296,38 @@ fn geometry(raster: &LabelledRaster, set: FeatureSet) -> Result<(Raster<f32>, Ra
         Some(maps) => Ok(maps.clone()),
         None if set.needs_geometry() => Err(Error::HeightMissing { set: set.name(), source_name: raster.name.clone() }),
         None => {
-            let window = raster.mask.window();
+            let window = raster.labels.window();
             Ok((Raster::filled(window, 0.0), Raster::filled(window, [0.0, 0.0, 1.0])))
         }
     }
 }
 
-fn samples_of(raster: &LabelledRaster, index: usize, options: &TrainOptions) -> Result<Samples, Error> {
+fn samples_of(raster: &LabelledRaster, index: usize, options: &TrainOptions) -> Result<LabelSamples, Error> {
     let (height, normal) = geometry(raster, options.features)?;
-    if raster.mask.window() != height.window() {
-        return Err(Error::WindowMismatch { what: "mask" });
+    if raster.labels.window() != height.window() {
+        return Err(Error::WindowMismatch { what: "labels" });
     }
-    let classes: [Vec<usize>; 2] = [false, true].map(|tree| {
-        let fits = |m: u8| m != UNKNOWN && (m != 0) == tree;
-        (0..raster.mask.values().len()).filter(|&i| fits(raster.mask.values()[i])).collect()
-    });
-    let mut out = Samples { features: vec![Vec::new(); options.features.len()], ..Samples::default() };
+    let labels = raster.labels.values();
+    let (trees, grass) = Task::of(options.features);
+    let classes: Vec<Vec<usize>> = [Some(trees), grass]
+        .into_iter()
+        .flatten()
+        .flat_map(|task| [false, true].map(|plant| (task, plant)))
+        .map(|(task, plant)| (0..labels.len()).filter(|&i| task.wants(labels[i]) == Some(plant)).collect())
+        .collect();
+    let mut out = LabelSamples { features: vec![Vec::new(); options.features.len()], labels: Vec::new() };
     for copy in 0..options.copies.max(1) {
         let mut random = Counter::keyed(options.seed, &[index as i64, copy as i64]);
         // The first copy is the raster as it is.
         let light = (copy > 0).then(|| Light::drawn(&mut random));
         let colour = raster.colour.as_ref().map(|c| light.as_ref().map_or_else(|| c.clone(), |l| l.shine(c)));
         let mut picked = Vec::new();
-        for (class, pixels) in classes.iter().enumerate() {
+        for pixels in &classes {
             for _ in 0..options.samples.min(pixels.len()) {
                 picked.push(pixels[random.index(pixels.len())]);
-                out.positive.push(class == 1);
-                out.weight.push(1.0);
             }
         }
+        out.labels.extend(picked.iter().map(|&i| labels[i]));
         let input = Orthograph { colour: colour.as_ref(), height: &height, normal: &normal };
         input.check()?;
         for_each_feature(&input, options.features, |f, values| {
@@ -249,6 +341,7 @@ fn samples_of(raster: &LabelledRaster, index: usize, options: &TrainOptions) -> 
 struct Light {
     gain: [f32; 3],
     gamma: f32,
+    saturation: f32,
     blur: usize,
 }
 
@@ -258,6 +351,7 @@ impl Light {
         Self {
             gain: [0; 3].map(|_| (gain * random.range(0.92, 1.08)) as f32),
             gamma: random.range(0.75, 1.3) as f32,
+            saturation: random.range(0.6, 1.3) as f32,
             blur: random.index(3),
         }
     }
@@ -268,7 +362,12 @@ impl Light {
             let values: Vec<f32> = colour
                 .values()
                 .iter()
-                .map(|v| self.gain[c] * (f32::from(v[c]) / 255.0).powf(self.gamma) * 255.0)
+                .map(|v| {
+                    let [r, g, b] = v.map(f32::from);
+                    let grey = 0.3 * r + 0.6 * g + 0.1 * b;
+                    let value = (grey + self.saturation * (f32::from(v[c]) - grey)).max(0.0);
+                    self.gain[c] * (value / 255.0).powf(self.gamma) * 255.0
+                })
                 .collect();
             if self.blur == 0 { values } else { box_mean(&values, width, height, self.blur) }
         });
@@ -277,7 +376,7 @@ impl Light {
     }
 }
 
-/// A labelled raster from an image and a mask of the same size, given row by row **from the top**, as pictures are.
+/// A labelled raster from an image and a mask of trees of the same size (0: something else, [`UNKNOWN`]: not looked at), given row by row **from the top**, as pictures are.
 ///
 /// # Errors
 /// If there are not as many values as pixels.
@@ -295,12 +394,17 @@ pub fn labelled_image(
     }
     let window = GridWindow { step, x0: 0, y0: 0, width, height };
     let colour = rgb.chunks_exact(width.max(1)).rev().flatten().copied().collect();
-    let mask = mask.chunks_exact(width.max(1)).rev().flatten().copied().collect();
+    let label = |m: &u8| match *m {
+        0 => Label::Ground as u8,
+        UNKNOWN => UNKNOWN,
+        _ => Label::Tree as u8,
+    };
+    let labels = mask.chunks_exact(width.max(1)).rev().flatten().map(label).collect();
     Ok(LabelledRaster {
         name: name.to_owned(),
         source: source.to_owned(),
         colour: Some(Raster::new(window, colour)),
         geometry: None,
-        mask: Raster::new(window, mask),
+        labels: Raster::new(window, labels),
     })
 }

@@ -27,6 +27,8 @@ pub const PRESETS: &[Preset] = &[
             ("segmentation.hole_area", "0"),
             ("segmentation.roof_tree_area", "0"),
             ("segmentation.building_tree_share", "1"),
+            ("segmentation.among_trees", "0"),
+            ("segmentation.min_width", "0"),
             ("modeling.method", "zhu2018"),
             ("modeling.collinear", "0.5"),
             ("modeling.beta_pixel", "10"),

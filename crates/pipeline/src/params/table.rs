@@ -5,7 +5,7 @@
 //! method's crate.
 
 use super::kind::{ANY, Bounds, Features, Format, Kind, Method, TerrainModel, Up, within};
-use gable_segmentation::SegmentParams;
+use gable_segmentation::{RegionParams, SegmentParams};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -149,6 +149,10 @@ parameters! {
         roof_tree_area: f64 = SegmentParams::default().cleanup.roof_tree_area, "m²", within(0.0, 1000.0);
         /// Buildings whose mean tree probability exceeds this are trees.
         building_tree_share: f64 = SegmentParams::default().cleanup.building_tree_share, "", within(0.0, 1.0);
+        /// By how much less is enough if trees share its whole border.
+        among_trees: f64 = RegionParams::default().among_trees, "", within(0.0, 1.0);
+        /// Buildings that are hardly anywhere as wide as this are none.
+        min_width: f64 = 2.0 * RegionParams::default().half_width, "m", within(0.0, 20.0);
         /// Smallest area of a building.
         min_area: f64 = 8.0, "m²", within(0.0, 1000.0);
         /// Smallest height of a building above the ground, as the median over its pixels.

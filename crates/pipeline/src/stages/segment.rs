@@ -13,81 +13,92 @@ use crate::params::{Features, Method, Params, TerrainModel};
 use crate::{PipelineError, Stage};
 use gable_geometry::Frame;
 use gable_ortho::{GridWindow, Orthograph, Raster};
-use gable_segmentation::{CleanupParams, FeatureSet, Label, Model, SegmentParams, Terrain};
+use gable_segmentation::{
+    CleanupParams, Evidence, FeatureSet, Label, Model, RegionParams, SegmentParams, Terrain, saturated,
+};
 use gable_stitching::TileComponents;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// The labelled patches: their components, and the mosaic of their labels.
+/// The labelled patches: their components with the evidence on each, and the mosaic of their labels.
 pub(crate) struct Labelled {
     pub(crate) components: Vec<TileComponents>,
+    pub(crate) evidence: Vec<Vec<Evidence>>,
     pub(crate) labels: Mosaic<LabelTile>,
     /// Patches that could not be labelled, with the reason.
     pub(crate) failed: Vec<(GridWindow, String)>,
 }
 
-/// Labels all patches with data.
+/// Labels all patches with data. `saturation` brings the colours to the measure of other cities; without it the mesh has
+/// no photographs.
 pub(crate) fn segment(
     context: &Context<'_>,
     ortho: &Mosaic<Orthograph>,
     terrain: &Terrain,
     frame: &Frame,
     footprints: Option<&Known>,
-    photographed: bool,
+    saturation: Option<f32>,
 ) -> Result<Labelled, PipelineError> {
     let patches = patches(ortho, context.params.segmentation.patch);
     context.observer.stage(Stage::Segment, patches.len());
-    let (model, coloured) = classifier(context, photographed)?;
+    let model = classifier(context, saturation.is_some())?;
+    // The published features see what the camera saw.
+    let saturation = if model.features == FeatureSet::Full { saturation } else { None };
     let params = segment_params(context.params);
     let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
-    let done: Vec<Result<(TileComponents, MosaicTile), (GridWindow, String)>> = patches
+    let adjust = |labels: &mut Raster<u8>| {
+        if let Some(given) = &given {
+            correct(labels, &given.on(labels.window(), frame)?);
+        }
+        if let Some(known) = footprints {
+            confine(labels, &known.built(labels.window()));
+        }
+        Ok(())
+    };
+    let done: Vec<Result<(TileComponents, Vec<Evidence>, MosaicTile), (GridWindow, String)>> = patches
         .par_iter()
         .map(|&patch| {
             context.check_cancelled()?;
             let name = format!("{}_{}", patch.x0, patch.y0);
             let path = context.workspace.path(&format!("labels/{name}.lab"));
             let beside = context.workspace.path(&format!("labels/{name}.json"));
-            let found = artefact::whole_json::<TileComponents>(&beside)?.filter(|_| LabelTile::load(&path).is_ok());
-            let components = match found {
-                Some(components) => components,
+            let found = artefact::whole_json::<(TileComponents, Vec<Evidence>)>(&beside)?;
+            let (components, evidence) = match found.filter(|_| LabelTile::load(&path).is_ok()) {
+                Some(found) => found,
                 None => {
                     let made = guarded(Stage::Segment, &name, || {
-                        let mut labels = label(context, ortho, terrain, &model, coloured, &params, patch)
-                            .map_err(|reason| context.failed(Stage::Segment, &name, reason))?;
-                        if let Some(given) = &given {
-                            correct(&mut labels, &given.on(patch, frame)?);
-                        }
-                        if let Some(known) = footprints {
-                            confine(&mut labels, &known.built(patch));
-                        }
-                        Ok(labels)
+                        label(context, ortho, terrain, &model, saturation, &params, patch, &adjust)
                     });
-                    let labels = match made {
-                        Ok(labels) => labels,
+                    let (labels, components, evidence) = match made {
+                        Ok(made) => made,
                         Err(error) if is_local(&error) => return Ok(Err((patch, error.to_string()))),
                         Err(error) => return Err(error),
                     };
-                    let (components, _) = TileComponents::of(&labels, |&l| l == Label::Building as u8);
                     LabelTile(labels).write(&path)?;
-                    artefact::write_json(&beside, &components)?;
-                    components
+                    let found = (components, evidence);
+                    artefact::write_json(&beside, &found)?;
+                    found
                 }
             };
             context.observer.done(Stage::Segment, &name);
-            Ok(Ok((components, MosaicTile { window: patch, path })))
+            Ok(Ok((components, evidence, MosaicTile { window: patch, path })))
         })
         .collect::<Result<_, PipelineError>>()?;
-    let (mut components, mut tiles, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    let labels = Mosaic::new(Vec::new(), ortho.step(), 0);
+    let mut labelled = Labelled { components: Vec::new(), evidence: Vec::new(), labels, failed: Vec::new() };
+    let mut tiles = Vec::new();
     for patch in done {
         match patch {
-            Ok((component, tile)) => {
-                components.push(component);
+            Ok((components, evidence, tile)) => {
+                labelled.components.push(components);
+                labelled.evidence.push(evidence);
                 tiles.push(tile);
             }
-            Err(failure) => failed.push(failure),
+            Err(failure) => labelled.failed.push(failure),
         }
     }
-    Ok(Labelled { components, labels: Mosaic::new(tiles, ortho.step(), context.cache_bytes() / 8), failed })
+    labelled.labels = Mosaic::new(tiles, ortho.step(), context.cache_bytes() / 8);
+    Ok(labelled)
 }
 
 /// The patches of the lattice that hold a sampled tile, row by row.
@@ -106,8 +117,8 @@ fn patches(ortho: &Mosaic<Orthograph>, edge: usize) -> Vec<GridWindow> {
     cells.into_iter().map(window).collect()
 }
 
-/// The tree classifier, and whether it looks at colour.
-fn classifier(context: &Context<'_>, photographed: bool) -> Result<(Model, bool), PipelineError> {
+/// The tree classifier.
+fn classifier(context: &Context<'_>, photographed: bool) -> Result<Model, PipelineError> {
     let params = &context.params.segmentation;
     let set = match (params.features, photographed) {
         (Features::Geometric, _) => FeatureSet::Geometric,
@@ -119,15 +130,14 @@ fn classifier(context: &Context<'_>, photographed: bool) -> Result<(Model, bool)
             FeatureSet::Geometric
         }
     };
-    let Some(path) = &params.weights else { return Ok((Model::shipped(set), set != FeatureSet::Geometric)) };
+    let Some(path) = &params.weights else { return Ok(Model::shipped(set)) };
     let wrong = |reason: String| PipelineError::Input(format!("{}: {reason}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
     let model = Model::from_json(&text).map_err(|e| wrong(e.to_string()))?;
-    let coloured = model.features != FeatureSet::Geometric;
-    if coloured && !photographed {
+    if model.features.needs_colour() && !photographed {
         return Err(wrong("these weights look at colour, and the mesh has none".to_owned()));
     }
-    Ok((model, coloured))
+    Ok(model)
 }
 
 fn segment_params(params: &Params) -> SegmentParams {
@@ -156,19 +166,34 @@ fn segment_params(params: &Params) -> SegmentParams {
     }
 }
 
+/// When a whole building is none.
+pub(crate) fn region_params(params: &Params) -> RegionParams {
+    let given = &params.segmentation;
+    RegionParams {
+        half_width: given.min_width / 2.0,
+        tree_share: given.building_tree_share,
+        among_trees: given.among_trees,
+        ..RegionParams::default()
+    }
+}
+
 fn label(
     context: &Context<'_>,
     ortho: &Mosaic<Orthograph>,
     terrain: &Terrain,
     model: &Model,
-    coloured: bool,
+    saturation: Option<f32>,
     params: &SegmentParams,
     patch: GridWindow,
-) -> Result<Raster<u8>, String> {
+    adjust: &(dyn Fn(&mut Raster<u8>) -> Result<(), PipelineError> + Sync),
+) -> Result<(Raster<u8>, TileComponents, Vec<Evidence>), PipelineError> {
     let window = patch.grown(context.params.segmentation.margin);
-    let maps = prepare::read(ortho, window).map_err(|e| e.to_string())?;
+    let mut maps = prepare::read(ortho, window)?;
+    if let Some(factor) = saturation {
+        maps.colour = saturated(&maps.colour, factor);
+    }
     let input = gable_segmentation::Orthograph {
-        colour: coloured.then_some(&maps.colour),
+        colour: model.features.needs_colour().then_some(&maps.colour),
         height: &maps.height,
         normal: &maps.normal,
     };
@@ -176,14 +201,20 @@ fn label(
         TerrainModel::Surface => terrain.raster(window),
         TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
     };
-    let found = gable_segmentation::segment(&input, &ground, model, params).map_err(|e| e.to_string())?;
+    let found = gable_segmentation::segment(&input, &ground, model, params);
+    let found = found.map_err(|e| context.failed(Stage::Segment, &format!("{}_{}", patch.x0, patch.y0), e))?;
     let mut labels = found.labels;
     for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
         if z.is_nan() {
             *label = artefact::NO_LABEL;
         }
     }
-    Ok(labels.crop(patch, artefact::NO_LABEL))
+    let mut core = labels.crop(patch, artefact::NO_LABEL);
+    adjust(&mut core)?;
+    let (components, marks) = TileComponents::of(&core, |&l| l == Label::Building as u8);
+    let count = components.components.len();
+    let evidence = Evidence::gather(&labels, &found.plants, &marks, count, &region_params(context.params));
+    Ok((core, components, evidence))
 }
 
 /// Replaces labels by those that are given, where there are any and a surface was seen.
@@ -234,6 +265,13 @@ mod tests {
         assert_eq!(labels.values(), [tree, building, 1, building, artefact::NO_LABEL]);
         confine(&mut labels, &Raster::new(window, vec![true, false, false, false, true]));
         assert_eq!(labels.values(), [building, 0, 1, 0, artefact::NO_LABEL]);
+    }
+
+    #[test]
+    fn regions_are_judged_by_default_and_never_by_the_published_method() {
+        assert_eq!(region_params(&Params::default()), RegionParams::default());
+        let published = region_params(&Params::assemble(Some("zhu2018"), None, &[]).unwrap());
+        assert_eq!(RegionParams { core_share: 0.0, ..published }, RegionParams::zhu2018());
     }
 
     #[test]

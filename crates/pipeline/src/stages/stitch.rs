@@ -1,11 +1,18 @@
 //! From components of patches to whole buildings with names and owners.
+//!
+//! Only here is a building whole, so only here is it judged whether it is one at all.
 
 use super::Context;
+use super::segment::{Labelled, region_params};
+use crate::artefact::LabelTile;
 use crate::known::{Footprint, Known};
+use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
 use gable_geometry::{DVec2, Frame};
 use gable_ortho::{GridWindow, Raster};
+use gable_segmentation::{Evidence, Label, RegionParams};
 use gable_stitching::{Component, TileComponents, Whole, building_ids, unite};
+use std::collections::BTreeMap;
 
 /// A building that is to be modelled.
 #[derive(Clone, Debug)]
@@ -18,28 +25,47 @@ pub(crate) struct Task {
     pub(crate) footprint: Option<Footprint>,
 }
 
-/// Whole buildings of at least the smallest area, ordered by place.
+/// Whole buildings of at least the smallest area, ordered by place. What is none gets another label.
 pub(crate) fn stitch(
     context: &Context<'_>,
-    components: &[TileComponents],
+    labelled: Labelled,
     frame: &Frame,
     footprints: Option<&Known>,
-) -> Result<Vec<Task>, PipelineError> {
+) -> Result<(Vec<Task>, Labelled), PipelineError> {
     context.observer.stage(Stage::Stitch, 1);
     context.check_cancelled()?;
     let step = context.params.sampling.step;
     if let Some(known) = footprints {
         let tasks = known.footprints.iter().filter_map(|f| given(f, step)).collect();
         context.observer.done(Stage::Stitch, "city");
-        return Ok(tasks);
+        return Ok((tasks, labelled));
     }
     let smallest = context.params.segmentation.min_area;
-    let wholes: Vec<Whole> = unite(components).into_iter().filter(|w| w.area(step) >= smallest).collect();
+    // What was given is not doubted.
+    let params = match context.params.segmentation.labels {
+        Some(_) => RegionParams::zhu2018(),
+        None => region_params(context.params),
+    };
+    let (mut wholes, mut others) = (Vec::new(), BTreeMap::<usize, Vec<(u32, Label)>>::new());
+    for whole in unite(&labelled.components) {
+        match verdict(&whole, &labelled.evidence, &params) {
+            Label::Building if whole.area(step) >= smallest => wholes.push(whole),
+            label => {
+                // Too small for a building, and no tree: it lies on the ground.
+                let label = if label == Label::Building { Label::Ground } else { label };
+                for (tile, component) in whole.pieces {
+                    others.entry(tile).or_default().push((component, label));
+                }
+            }
+        }
+    }
+    let labelled = relabel(context, labelled, &others)?;
     let centroids: Vec<DVec2> = wholes.iter().map(|w| w.centroid(step)).collect();
     let ids = building_ids(&centroids, frame);
     let tasks = wholes.into_iter().zip(ids).zip(centroids);
     context.observer.done(Stage::Stitch, "city");
-    Ok(tasks.map(|((whole, id), centroid)| Task { id, whole, centroid, footprint: None }).collect())
+    let tasks = tasks.map(|((whole, id), centroid)| Task { id, whole, centroid, footprint: None }).collect();
+    Ok((tasks, labelled))
 }
 
 /// The building of a footprint; `None` if that holds no pixel.
@@ -59,4 +85,37 @@ fn given(footprint: &Footprint, step: f64) -> Option<Task> {
     let whole = Whole { pieces: Vec::new(), extent };
     let centroid = whole.centroid(step);
     Some(Task { id: footprint.id.clone(), whole, centroid, footprint: Some(footprint.clone()) })
+}
+
+fn verdict(whole: &Whole, evidence: &[Vec<Evidence>], params: &RegionParams) -> Label {
+    let mut sum = Evidence::default();
+    for &(tile, component) in &whole.pieces {
+        sum.absorb(&evidence[tile][component as usize]);
+    }
+    sum.verdict(params)
+}
+
+/// The labels with other ones for some components. What was labelled stays as it was, for a run that goes on here.
+fn relabel(
+    context: &Context<'_>,
+    labelled: Labelled,
+    others: &BTreeMap<usize, Vec<(u32, Label)>>,
+) -> Result<Labelled, PipelineError> {
+    let mut tiles: Vec<MosaicTile> = labelled.labels.tiles().to_vec();
+    for (&tile, components) in others {
+        context.check_cancelled()?;
+        let labels = &labelled.labels.tile(tile)?.0;
+        let (_, marks) = TileComponents::of(labels, |&l| l == Label::Building as u8);
+        let mut becomes = vec![Label::Building; labelled.components[tile].components.len()];
+        components.iter().for_each(|&(component, label)| becomes[component as usize] = label);
+        let mut labels = labels.clone();
+        for (label, mark) in labels.values_mut().iter_mut().zip(marks.values()).filter(|(_, mark)| **mark != 0) {
+            *label = becomes[*mark as usize - 1] as u8;
+        }
+        let path = tiles[tile].path.with_extension("final.lab");
+        LabelTile(labels).write(&path)?;
+        tiles[tile].path = path;
+    }
+    let labels = Mosaic::new(tiles, labelled.labels.step(), context.cache_bytes() / 8);
+    Ok(Labelled { labels, ..labelled })
 }

@@ -9,14 +9,11 @@ use gable_ortho::{GridWindow, Raster};
 use gable_pipeline::label_map::{self, LabelMap};
 use gable_pipeline::{Params, SampledMesh, sample_mesh};
 use gable_segmentation::{
-    FeatureSet, LabelledRaster, Model, TrainOptions, TrainReport, TreeScore, UNKNOWN, read_labelled_images, train,
+    FeatureSet, LabelledRaster, Model, PlantScores, Score, TrainOptions, TrainReport, UNKNOWN, read_labelled_images,
+    saturated, train,
 };
 use serde_json::json;
 use std::path::Path;
-
-/// What the classifier is to find, by the classes of [`label_map::CLASSES`]: plants, whether low or high, because grass is
-/// told from trees by its height and from ground by this classifier (Zhu 2018, Eq. 4).
-const PLANTS: [bool; 4] = [false, true, true, false];
 
 /// Trains a classifier.
 pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
@@ -31,13 +28,20 @@ pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
     interrupt::listen();
     let progress = Progress::new(quiet);
     for city in &args.cities {
-        rasters.extend(city_rasters(&super::mesh_folder(city), &city.join("truth"), city, args.step, &progress)?);
+        rasters.extend(city_rasters(
+            &super::mesh_folder(city),
+            &city.join("truth"),
+            city,
+            features,
+            args.step,
+            &progress,
+        )?);
     }
     if args.meshes.len() != args.labels.len() {
         return Err(UsageError("give --labels once for each --mesh".to_owned()).into());
     }
     for (mesh, labels) in args.meshes.iter().zip(&args.labels) {
-        rasters.extend(city_rasters(mesh, labels, mesh, args.step, &progress)?);
+        rasters.extend(city_rasters(mesh, labels, mesh, features, args.step, &progress)?);
     }
     progress.begin("train", 1);
     let defaults = TrainOptions::default();
@@ -69,6 +73,7 @@ fn city_rasters(
     mesh: &Path,
     labelled: &Path,
     name: &Path,
+    features: FeatureSet,
     step: f64,
     progress: &Progress,
 ) -> anyhow::Result<Vec<LabelledRaster>> {
@@ -80,26 +85,34 @@ fn city_rasters(
     params.set("sampling.step", &step.to_string())?;
     let mesh = sample_mesh(mesh, work.path(), &params, progress)?;
     let source = name.file_name().map_or_else(|| name.display().to_string(), |n| n.to_string_lossy().into_owned());
-    maps.iter().map(|map| raster(map, &mesh, step, &source)).collect()
+    // The published features see what the camera saw, as in a run.
+    let saturation = if features == FeatureSet::Full { mesh.saturation() } else { 1.0 };
+    maps.iter().map(|map| raster(map, &mesh, saturation, step, &source)).collect()
 }
 
 /// One label picture with the rasters of the mesh below it.
-fn raster(map: &LabelMap, mesh: &SampledMesh, step: f64, source: &str) -> anyhow::Result<LabelledRaster> {
+fn raster(
+    map: &LabelMap,
+    mesh: &SampledMesh,
+    saturation: f32,
+    step: f64,
+    source: &str,
+) -> anyhow::Result<LabelledRaster> {
     let [x, y, _] = mesh.frame().origin;
     let cell = |world: f64, origin: f64| ((world - origin) / step).round() as i64;
     let extent = |pixels: usize| ((pixels as f64 * map.step) / step).floor() as usize;
     let (x0, y0) = (cell(map.corner[0], x), cell(map.corner[1], y));
     let window = GridWindow { step, x0, y0, width: extent(map.width), height: extent(map.height) };
     let maps = mesh.read(window)?;
-    let mut mask = Vec::with_capacity(window.len());
+    let mut labels = Vec::with_capacity(window.len());
     for row in 0..window.height {
         for column in 0..window.width {
             let p = window.centre(column, row);
             let label = map.at(p.x + x, p.y + y);
-            mask.push(match label {
+            labels.push(match label {
                 label_map::NONE => UNKNOWN,
                 _ if maps.height[(column, row)].is_nan() => UNKNOWN,
-                label => u8::from(PLANTS[usize::from(label)]),
+                label => label,
             });
         }
     }
@@ -107,14 +120,15 @@ fn raster(map: &LabelMap, mesh: &SampledMesh, step: f64, source: &str) -> anyhow
     Ok(LabelledRaster {
         name: format!("{source}/{}", map.name),
         source: source.to_owned(),
-        colour: (photographed > 0).then_some(maps.colour),
+        colour: (photographed > 0).then(|| saturated(&maps.colour, saturation)),
         geometry: Some((maps.height, maps.normal)),
-        mask: Raster::new(window, mask),
+        labels: Raster::new(window, labels),
     })
 }
 
-fn score_json(score: &TreeScore) -> serde_json::Value {
-    json!({ "iou": score.iou(), "accuracy": score.accuracy() })
+fn score_json(scores: &PlantScores) -> serde_json::Value {
+    let one = |s: &Score| (s.pixels() > 0).then(|| json!({ "iou": s.iou(), "accuracy": s.accuracy() }));
+    json!({ "tree": one(&scores.tree), "grass": one(&scores.grass) })
 }
 
 fn as_json(model: &Model, report: &TrainReport, rasters: usize) -> serde_json::Value {
@@ -124,17 +138,22 @@ fn as_json(model: &Model, report: &TrainReport, rasters: usize) -> serde_json::V
         "rasters": rasters,
         "samples": report.samples,
         "features": model.features.name(),
-        "stumps": model.stumps.len(),
+        "stumps": model.tree.stumps.len(),
         "fit": score_json(&report.fit),
         "held_out": held_out,
     })
 }
 
-/// IoU and accuracy of trees, of the model itself and of models that did not see a source.
+/// IoU and accuracy of both classifiers, of the model itself and of models that did not see a source.
 fn text(report: &TrainReport) -> String {
-    let row =
-        |name: String, score: &TreeScore| vec![name, format!("{:.3}", score.iou()), format!("{:.3}", score.accuracy())];
-    let mut rows = vec![["trees", "IoU", "accuracy"].map(str::to_owned).to_vec()];
+    let figures = |s: &Score| match s.pixels() {
+        0 => ["-".to_owned(), "-".to_owned()],
+        _ => [format!("{:.3}", s.iou()), format!("{:.3}", s.accuracy())],
+    };
+    let row = |name: String, scores: &PlantScores| {
+        [vec![name], figures(&scores.tree).to_vec(), figures(&scores.grass).to_vec()].concat()
+    };
+    let mut rows = vec![["", "tree IoU", "accuracy", "grass IoU", "accuracy"].map(str::to_owned).to_vec()];
     rows.push(row("on what it learnt from".to_owned(), &report.fit));
     rows.extend(report.held_out.iter().map(|(name, score)| row(format!("on {name}, learnt without it"), score)));
     table::render(&rows) + &format!("{} samples\n", report.samples)
