@@ -2,7 +2,7 @@
 
 use gable_blocks::{BlockTriangle, BlocksError, GridSpec, SplitOptions, SplitReport, read_block, split};
 use gable_geometry::{Counter, DVec3, dvec3};
-use gable_scene::{OpenOptions, Scene};
+use gable_scene::{OpenOptions, Scene, Up};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,8 @@ impl Folder {
 
     /// Splits a scene into a folder of its own.
     pub(crate) fn split(&self, scene: &Path, grid: GridSpec, into: &str) -> Result<SplitReport, BlocksError> {
-        let scene = Scene::open(scene, &OpenOptions::default()).expect("opens");
+        // Random scenes may look as if they lay on their side.
+        let scene = Scene::open(scene, &OpenOptions { up: Up::Z, ..OpenOptions::default() }).expect("opens");
         split(&scene, &self.path().join(into), &SplitOptions { grid, step: 0.3 })
     }
 

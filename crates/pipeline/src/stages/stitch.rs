@@ -59,7 +59,9 @@ pub(crate) fn stitch(
             }
         }
     }
-    let labelled = relabel(context, labelled, &others)?;
+    // What was given stays, also where it is too small to be modelled.
+    let labelled =
+        if context.params.segmentation.labels.is_some() { labelled } else { relabel(context, labelled, &others)? };
     let centroids: Vec<DVec2> = wholes.iter().map(|w| w.centroid(step)).collect();
     let ids = building_ids(&centroids, frame);
     let tasks = wholes.into_iter().zip(ids).zip(centroids);
