@@ -1,13 +1,14 @@
 //! Rasters and the pixel lattice that they lie on.
 
 use gable_geometry::{Box2, DVec2, dvec2};
+use serde::{Deserialize, Serialize};
 
 /// A rectangle of the absolute pixel lattice.
 ///
 /// Pixel (i, j) of the lattice covers [i·step, (i+1)·step) × [j·step, (j+1)·step) in local metres: the lattice
 /// hangs on the local origin, so a place has the same pixel however the city is cut into blocks.
 /// Columns run east, rows run **north** (row 0 is the southern one).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GridWindow {
     /// Edge of a pixel, metres.
     pub step: f64,

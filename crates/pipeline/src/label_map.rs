@@ -70,8 +70,7 @@ struct Described {
 impl LabelFolder {
     /// Reads the descriptions.
     pub(crate) fn open(folder: &Path) -> Result<Self, PipelineError> {
-        let inner = folder.join("truth");
-        let folder = if inner.join("labels").is_dir() { inner } else { folder.to_owned() };
+        let folder = base(folder);
         let labels = folder.join("labels");
         let truth = folder.join("truth.json");
         let truth = if truth.is_file() { json(&truth)? } else { Value::Null };
@@ -88,6 +87,21 @@ impl LabelFolder {
         }
         maps.sort_by(|a, b| a.name.cmp(&b.name));
         Ok(Self { maps })
+    }
+
+    /// The files that [`LabelFolder::open`] and what follows from it read, with their names in a folder that can be opened
+    /// as this one.
+    pub(crate) fn files(folder: &Path) -> Result<Vec<(PathBuf, String)>, PipelineError> {
+        let maps = Self::open(folder)?.maps;
+        let truth = base(folder).join("truth.json");
+        let mut files: Vec<(PathBuf, String)> =
+            truth.is_file().then(|| (truth, "truth.json".to_owned())).into_iter().collect();
+        for map in maps {
+            for (path, ending) in [(map.picture.with_extension("json"), "json"), (map.picture, "png")] {
+                files.push((path, format!("labels/{}.{ending}", map.name)));
+            }
+        }
+        Ok(files)
     }
 
     /// Labels at the centres of the pixels of a window; [`NONE`] where none are given.
@@ -119,6 +133,12 @@ impl LabelFolder {
         }
         Ok(out)
     }
+}
+
+/// The folder of a truth inside what `gable synth` made; else the folder itself.
+fn base(folder: &Path) -> PathBuf {
+    let inner = folder.join("truth");
+    if inner.join("labels").is_dir() { inner } else { folder.to_owned() }
 }
 
 fn json(path: &Path) -> Result<Value, PipelineError> {

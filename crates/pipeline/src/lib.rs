@@ -16,6 +16,7 @@ mod run;
 mod sampled;
 mod stages;
 mod summary;
+mod units;
 mod warnings;
 mod workspace;
 
@@ -27,5 +28,8 @@ pub use run::run;
 pub use sampled::{SampledMesh, sample_mesh};
 pub use summary::{
     BlockRecord, BlockState, BuildingRecord, Lod, RunStatus, RunSummary, StageSeconds, peak_memory_bytes,
+};
+pub use units::{
+    CityBuilding, FailedUnit, RESULT, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask, carry_out, first_unit,
 };
 pub use warnings::InputWarning;

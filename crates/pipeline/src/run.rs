@@ -7,21 +7,21 @@ use crate::mosaic::Mosaic;
 use crate::observer::{Observer, Stage};
 use crate::params::{PARAMETERS, Params, Up};
 use crate::report::{self, Overview, OverviewBuilder, Pixel, ReportSource};
-use crate::stages::model::{self, Tile};
+use crate::stages::model::{self, Modeller, Tile};
 use crate::stages::sample::Seen;
-use crate::stages::segment::Labelled;
 use crate::stages::split::Blocks;
 use crate::stages::{Context, holes, labels, sample, segment, split, stitch, terrain, write};
 use crate::summary::{BlockRecord, BlockState, Lod, RunStatus, RunSummary, peak_memory_bytes};
 use crate::workspace::Workspace;
 use crate::{PipelineError, artefact, failure, warnings};
+use artefact::LabelTile;
 use gable_city_model::Building;
 use gable_geometry::{Box2, Crs};
 use gable_ortho::{DecodedImage, GridWindow, Orthograph, TextureCache};
 use gable_scene::{Material, OpenOptions, Scene, load_texture};
 use gable_segmentation::{Label, Terrain};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Models a city: reads the mesh at `input` and writes the result into the folder `out`.
@@ -56,13 +56,13 @@ fn run_here(
     artefact::create_dir(out)?;
     let workspace = Workspace::open(out, scene.files(), params)?;
     let context = Context { params, observer, workspace: &workspace };
-    let title = input.file_stem().map_or_else(|| "city".to_owned(), |n| n.to_string_lossy().into_owned());
+    let title = title(input);
     let mut clock = Clock::default();
 
     let blocks = clock.time(Stage::Split, || split::run(&context, &scene))?;
     let mut warnings = Vec::new();
     warnings::tell(observer, warnings::of_split(&blocks.report), &mut warnings);
-    let textures = textures(&blocks, params);
+    let textures = textures(blocks.report.materials.clone(), params, BTreeMap::new());
     let (seen, mut ortho) = clock.time(Stage::Sample, || sample::run(&context, &blocks, &textures))?;
     warnings::tell(observer, warnings::of_textures(&textures.failures()), &mut warnings);
     let mut failures = Failures::default();
@@ -70,17 +70,15 @@ fn run_here(
         failures.add(block, reason);
     }
     let covered: u64 = seen.iter().map(|s| s.covered).sum();
-    let photographed: u64 = seen.iter().map(|s| s.photographed).sum();
     if covered == 0
         && let Some(reason) = failures.first()
     {
         return Err(context.failed(Stage::Sample, "every block", reason));
     }
     if covered == 0 {
-        return Err(PipelineError::Input(format!("{}: nothing of the mesh can be seen from above", input.display())));
+        return Err(unseen(input));
     }
-    // The rest of a city is grey where a texture is missing; only a city without any is treated as untextured.
-    let coloured = 2 * photographed > covered;
+    let coloured = is_coloured(&seen);
     let (ground, saturation) =
         clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, &mut failures))?;
     let saturation = coloured.then_some(saturation);
@@ -98,7 +96,17 @@ fn run_here(
     warnings::tell(observer, warnings::of_holes(&holes, blocks.frame().origin), &mut warnings);
     let (tasks, labelled) = clock.time(Stage::Stitch, || stitch::stitch(&context, labelled, blocks.frame(), known))?;
     let mut tiles = clock.time(Stage::Model, || {
-        model::model(&context, &blocks, &ortho, &labelled, &ground, &tasks, &failures, coloured)
+        let roofs = model::known_roofs(params, blocks.frame())?;
+        let modeller = Modeller {
+            blocks: &blocks,
+            ortho: &ortho,
+            labels: &labelled.labels,
+            terrain: &ground,
+            footprints: known,
+            roofs: roofs.as_ref(),
+            photographed: coloured,
+        };
+        model::model(&context, &modeller, &tasks, &failures)
     })?;
     let mut files = clock.time(Stage::Write, || {
         let mut files = write::write(&context, &blocks, &tiles, &ground, &mut failures, &title, out)?;
@@ -111,36 +119,17 @@ fn run_here(
     // What could not be read when it was written cannot be read for the report either.
     tiles.retain(|tile| failures.reason([tile.ix, tile.iy]).is_none() || model::read(tile).is_ok());
 
-    let mut summary = RunSummary {
-        status: if failures.is_empty() { RunStatus::Successful } else { RunStatus::Partial },
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        input: input.display().to_string(),
-        crs: blocks.frame().crs.to_string(),
-        triangles: blocks.report.counts.triangles,
-        area_m2: covered as f64 * params.sampling.step.powi(2),
-        pixels: covered,
-        step_m: params.sampling.step,
-        grid: blocks.grid(),
-        threads,
-        warnings,
-        parameters: changed(params),
-        ..RunSummary::default()
-    };
-    for tile in &tiles {
-        summary.building_records.extend(model::read(tile)?.into_iter().map(|m| m.record));
-    }
-    summary.building_records.sort_by(|a, b| a.id.cmp(&b.id));
-    let written = || summary.building_records.iter().filter(|b| b.lod != Lod::None);
-    summary.buildings = written().count();
-    summary.faces = written().map(|b| u64::from(b.faces)).sum();
-    summary.blocks = block_records(&blocks, &seen, &failures, &summary);
+    let mut summary = summarise(input, params, &blocks, &seen, &failures, &tiles)?;
+    summary.threads = threads;
+    summary.warnings = warnings;
     if params.output.report {
         observer.stage(Stage::Report, 1);
         summary.stages.clone_from(&clock.stages);
         summary.files.clone_from(&files);
         summary.seconds = begin.elapsed().as_secs_f64();
         summary.peak_memory_bytes = peak_memory_bytes();
-        let source = Source { blocks: &blocks, ortho: &ortho, labelled: &labelled, terrain: &ground, tiles: &tiles };
+        let source =
+            Source { blocks: &blocks, ortho: &ortho, labels: &labelled.labels, terrain: &ground, tiles: &tiles };
         let made = clock.time(Stage::Report, || report::write(out, &title, &summary, &source))?;
         files.extend(made);
         observer.done(Stage::Report, "city");
@@ -157,6 +146,16 @@ fn run_here(
     Ok(summary)
 }
 
+/// The error of an input of which nothing can be seen.
+pub(crate) fn unseen(input: &Path) -> PipelineError {
+    PipelineError::Input(format!("{}: nothing of the mesh can be seen from above", input.display()))
+}
+
+/// The title of the result of an input.
+pub(crate) fn title(input: &Path) -> String {
+    input.file_stem().map_or_else(|| "city".to_owned(), |n| n.to_string_lossy().into_owned())
+}
+
 pub(crate) fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError> {
     let up = match params.input.up {
         Up::Auto => gable_scene::Up::Auto,
@@ -170,9 +169,18 @@ pub(crate) fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError
     Scene::open(input, &OpenOptions { up, crs }).map_err(|e| PipelineError::Input(e.to_string()))
 }
 
-pub(crate) fn textures(blocks: &Blocks, params: &Params) -> TextureCache {
+/// The textures of materials. Files that are known to be unreadable are given with the reason.
+pub(crate) fn textures(
+    materials: Vec<Material>,
+    params: &Params,
+    unreadable: BTreeMap<PathBuf, String>,
+) -> TextureCache {
     let capacity = params.resources.texture_cache << 20;
-    TextureCache::new(blocks.report.materials.clone(), capacity, |material: &Material| {
+    TextureCache::new(materials, capacity, move |material: &Material| {
+        let known = material.texture.as_ref().and_then(|source| unreadable.get(source.file()));
+        if let Some(reason) = known {
+            return Err(reason.clone().into());
+        }
         // A decoder that stumbles over a damaged image costs that image only.
         let load = std::panic::catch_unwind(|| load_texture(material));
         let image = load.map_err(|cause| format!("the decoder failed: {}", failure::said(&*cause)))??;
@@ -181,6 +189,46 @@ pub(crate) fn textures(blocks: &Blocks, params: &Params) -> TextureCache {
         let texels = image.pixels().map(|p| p.0).collect();
         Ok(DecodedImage { width, height, texels })
     })
+}
+
+/// The result in figures, but for times, memory, warnings and files.
+pub(crate) fn summarise(
+    input: &Path,
+    params: &Params,
+    blocks: &Blocks,
+    seen: &[Seen],
+    failures: &Failures,
+    tiles: &[Tile],
+) -> Result<RunSummary, PipelineError> {
+    let covered: u64 = seen.iter().map(|s| s.covered).sum();
+    let mut summary = RunSummary {
+        status: if failures.is_empty() { RunStatus::Successful } else { RunStatus::Partial },
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        input: input.display().to_string(),
+        crs: blocks.frame().crs.to_string(),
+        triangles: blocks.report.counts.triangles,
+        area_m2: covered as f64 * params.sampling.step.powi(2),
+        pixels: covered,
+        step_m: params.sampling.step,
+        grid: blocks.grid(),
+        parameters: changed(params),
+        ..RunSummary::default()
+    };
+    for tile in tiles {
+        summary.building_records.extend(model::read(tile)?.into_iter().map(|m| m.record));
+    }
+    summary.building_records.sort_by(|a, b| a.id.cmp(&b.id));
+    let written = || summary.building_records.iter().filter(|b| b.lod != Lod::None);
+    summary.buildings = written().count();
+    summary.faces = written().map(|b| u64::from(b.faces)).sum();
+    summary.blocks = block_records(blocks, seen, failures, &summary);
+    Ok(summary)
+}
+
+/// Whether a city counts as photographed: one without textures in places is grey there, and only one without any is
+/// treated as untextured.
+pub(crate) fn is_coloured(seen: &[Seen]) -> bool {
+    2 * seen.iter().map(|s| s.photographed).sum::<u64>() > seen.iter().map(|s| s.covered).sum()
 }
 
 /// The parameters that differ from the defaults.
@@ -215,12 +263,12 @@ fn block_records(blocks: &Blocks, seen: &[Seen], failures: &Failures, summary: &
 }
 
 /// Where the report takes its pictures from.
-struct Source<'a> {
-    blocks: &'a Blocks,
-    ortho: &'a Mosaic<Orthograph>,
-    labelled: &'a Labelled,
-    terrain: &'a Terrain,
-    tiles: &'a [Tile],
+pub(crate) struct Source<'a> {
+    pub(crate) blocks: &'a Blocks,
+    pub(crate) ortho: &'a Mosaic<Orthograph>,
+    pub(crate) labels: &'a Mosaic<LabelTile>,
+    pub(crate) terrain: &'a Terrain,
+    pub(crate) tiles: &'a [Tile],
 }
 
 impl ReportSource for Source<'_> {
@@ -241,7 +289,7 @@ impl ReportSource for Source<'_> {
                 continue;
             }
             let maps = self.ortho.tile(i)?;
-            let labels = self.labelled.read(tile.window)?;
+            let labels = self.labels.read(tile.window)?.0;
             let ground = self.terrain.raster(tile.window);
             builder.add(tile.window, |x, y| {
                 let height = maps.height[(x, y)];

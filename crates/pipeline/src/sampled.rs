@@ -38,7 +38,7 @@ pub fn sample_mesh(
     let workspace = Workspace::open(work, scene.files(), params)?;
     let context = Context { params, observer, workspace: &workspace };
     let blocks = split::run(&context, &scene)?;
-    let textures = run::textures(&blocks, params);
+    let textures = run::textures(blocks.report.materials.clone(), params, std::collections::BTreeMap::new());
     let (_, ortho) = sample::run(&context, &blocks, &textures)?;
     let mut green = GreenExcess::default();
     for i in 0..ortho.tiles().len() {

@@ -15,6 +15,9 @@ pub(crate) struct Workspace {
     root: PathBuf,
 }
 
+/// What it holds.
+const FOLDERS: [&str; 4] = ["blocks", "ortho", "labels", "models"];
+
 impl Workspace {
     /// Opens the working folder, emptied if it belongs to another input or to other parameters.
     pub(crate) fn open(out: &Path, files: &[PathBuf], params: &Params) -> Result<Self, PipelineError> {
@@ -25,11 +28,17 @@ impl Workspace {
         if !resumed && root.exists() {
             fs::remove_dir_all(&root).map_err(|source| PipelineError::Io { path: root.clone(), source })?;
         }
-        for folder in ["blocks", "ortho", "labels", "models"] {
+        let workspace = Self::at(&root)?;
+        artefact::write(&file, key.as_bytes())?;
+        Ok(workspace)
+    }
+
+    /// The working folder of one unit of work, with what is in it.
+    pub(crate) fn at(root: &Path) -> Result<Self, PipelineError> {
+        for folder in FOLDERS {
             artefact::create_dir(&root.join(folder))?;
         }
-        artefact::write(&file, key.as_bytes())?;
-        Ok(Self { root })
+        Ok(Self { root: root.to_owned() })
     }
 
     /// A path in the working folder.

@@ -28,5 +28,5 @@ pub use counts::{Counts, Warning, WarningKind, Warnings};
 pub use error::{Place, SceneError};
 pub use material::{GREY, Material, TextureSource};
 pub use scene::{OpenOptions, Scene, Up};
-pub use texture::load_texture;
+pub use texture::{load_texture, texture_bytes};
 pub use triangle::Triangle;

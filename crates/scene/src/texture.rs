@@ -23,12 +23,18 @@ const LARGEST_FILE: u64 = 1 << 30;
 /// [`SceneError::Texture`] if the image is missing, broken, too large or neither JPEG nor PNG.
 pub fn load_texture(material: &Material) -> Result<Option<RgbImage>, SceneError> {
     let Some(source) = &material.texture else { return Ok(None) };
-    let path = source.file();
-    let bytes = match source {
-        TextureSource::File(path) => read(path)?,
-        TextureSource::Embedded { file, image } => crate::gltf::image_bytes(file, *image)?,
-    };
-    decode(path, &bytes).map(Some)
+    decode(source.file(), &texture_bytes(source)?).map(Some)
+}
+
+/// The bytes of an image as they are in the source, not decoded.
+///
+/// # Errors
+/// [`SceneError::Texture`] if the image is missing or longer than 1 GiB.
+pub fn texture_bytes(source: &TextureSource) -> Result<Vec<u8>, SceneError> {
+    match source {
+        TextureSource::File(path) => read(path),
+        TextureSource::Embedded { file, image } => crate::gltf::image_bytes(file, *image),
+    }
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SceneError> {

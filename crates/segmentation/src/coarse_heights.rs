@@ -99,6 +99,23 @@ impl CoarseHeights {
         }
     }
 
+    /// The cells with data, as column, row and the heights of their samples, NaN where there is none; in a fixed order.
+    pub fn cells(&self) -> impl Iterator<Item = (i64, i64, &[f32; SIDE * SIDE])> {
+        self.tiles.iter().flat_map(|(&(tj, ti), cells)| {
+            let with_data = cells.iter().enumerate().filter(|(_, cell)| cell.iter().any(|v| !v.is_nan()));
+            with_data.map(move |(k, cell)| (ti * TILE + k as i64 % TILE, tj * TILE + k as i64 / TILE, cell))
+        })
+    }
+
+    /// Takes in what [`CoarseHeights::cells`] gave of a store of the same cell size.
+    pub fn add_cell(&mut self, column: i64, row: i64, samples: &[f32; SIDE * SIDE]) {
+        let tile = self.tiles.entry((row.div_euclid(TILE), column.div_euclid(TILE))).or_insert_with(empty_tile);
+        let cell = &mut tile[(row.rem_euclid(TILE) * TILE + column.rem_euclid(TILE)) as usize];
+        for (kept, value) in cell.iter_mut().zip(samples).filter(|(_, value)| !value.is_nan()) {
+            lower(kept, *value);
+        }
+    }
+
     /// The smallest window of whole cells with data; its step is the cell.
     #[must_use]
     pub fn window(&self) -> GridWindow {
@@ -188,6 +205,9 @@ mod tests {
         }
         assert_eq!(whole.window(), parts.window());
         assert_eq!(format!("{:?}", whole.tiles), format!("{:?}", parts.tiles));
+        let mut again = CoarseHeights::new(2.0);
+        parts.cells().for_each(|(column, row, samples)| again.add_cell(column, row, samples));
+        assert_eq!(format!("{:?}", whole.tiles), format!("{:?}", again.tiles));
     }
 
     #[test]

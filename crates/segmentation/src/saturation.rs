@@ -1,6 +1,7 @@
 //! How colourful a flight is, and its photographs brought to one measure.
 
 use gable_ortho::Raster;
+use serde::{Deserialize, Serialize};
 
 /// Share of a city's pixels that are less green than the mark.
 const SHARE: f64 = 0.95;
@@ -22,7 +23,7 @@ const STRIDE: i64 = 4;
 /// Haze, exposure and the compression of textures take from 0 to 70 % of the colour of leaves: the crowns of one city
 /// are as grey as the roofs of another. What stays is that plants are the greenest things in sight. Counts of pixels at
 /// fixed places of the lattice do not depend on how the city is cut or in which order its parts come.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GreenExcess {
     counts: Vec<u64>,
 }
@@ -48,6 +49,13 @@ impl GreenExcess {
                     self.counts[bin.min(BINS - 1)] += 1;
                 }
             }
+        }
+    }
+
+    /// Takes in another count.
+    pub fn merge(&mut self, other: &Self) {
+        for (count, more) in self.counts.iter_mut().zip(&other.counts) {
+            *count += more;
         }
     }
 
@@ -119,5 +127,9 @@ mod tests {
             parts.accumulate(&part, &Raster::filled(part.window(), true));
         }
         assert_eq!(parts, seen(&colour));
+        let mut twice = parts.clone();
+        twice.merge(&parts);
+        parts.accumulate(&colour, &Raster::filled(colour.window(), true));
+        assert_eq!(parts, twice);
     }
 }

@@ -108,7 +108,7 @@ impl Terrain {
         Self { heights: Raster::new(window, surface), ground: Raster::new(window, ground) }
     }
 
-    /// A surface from heights at the centres of cells, none of them NaN.
+    /// A surface from heights at the centres of cells; NaN where nobody will ask for the surface.
     #[must_use]
     pub fn from_heights(heights: Raster<f32>) -> Self {
         let ground = heights.map(|_| true);

@@ -10,5 +10,5 @@ mod state;
 pub use api::{document, router};
 pub use auth::{Caller, NewToken, Scope, create_token};
 pub use problem::Problem;
-pub use source::SourceError;
+pub use source::{SourceError, resolve};
 pub use state::{Coordinator, Limits};

@@ -26,7 +26,7 @@ impl std::fmt::Display for SourceError {
 ///
 /// # Errors
 /// If it is not there or outside of the roots, also by `..` or a link.
-pub(crate) fn resolve(given: &str, roots: &[PathBuf]) -> Result<PathBuf, SourceError> {
+pub fn resolve(given: &str, roots: &[PathBuf]) -> Result<PathBuf, SourceError> {
     let refused = || SourceError::NotAllowed(given.to_owned());
     let path = Path::new(given);
     let found = roots.iter().filter_map(|root| root.join(path).canonicalize().ok().filter(|p| p.starts_with(root)));

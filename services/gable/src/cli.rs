@@ -60,9 +60,25 @@ pub(crate) enum Command {
     Train(TrainArgs),
     /// List every parameter with unit, default and range
     Params(ParamsArgs),
+    /// Take jobs over REST, and with --all do them too
+    Serve(ServeArgs),
+    /// Do the tasks of jobs
+    Work(WorkArgs),
+    /// Do one task, as a worker asks on standard input
+    #[command(hide = true)]
+    Task(TaskArgs),
 }
 
 impl Command {
+    /// How log lines look, for the commands of the service; others log for people.
+    pub(crate) fn log_format(&self) -> Option<LogFormat> {
+        match self {
+            Self::Serve(args) => Some(args.keep.log_format),
+            Self::Work(args) => Some(args.keep.log_format),
+            _ => None,
+        }
+    }
+
     /// Whether the result goes to standard output as JSON.
     pub(crate) fn json(&self) -> bool {
         match self {
@@ -73,6 +89,7 @@ impl Command {
             Self::Bench(args) => args.json,
             Self::Train(args) => args.json,
             Self::Params(args) => args.json,
+            Self::Serve(_) | Self::Work(_) | Self::Task(_) => false,
         }
     }
 }
@@ -395,6 +412,118 @@ pub(crate) struct ParamsArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) params: ParamArgs,
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum LogFormat {
+    /// For people
+    #[default]
+    Text,
+    /// For programs: one JSON object a line
+    Json,
+}
+
+/// Where jobs and artefacts are kept.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Where things are kept")]
+pub(crate) struct KeepArgs {
+    /// Folder for what is kept on this machine
+    #[arg(long, value_name = "DIR", default_value = "gable-data")]
+    pub(crate) data: PathBuf,
+    /// Database of jobs: sqlite:FILE or postgres://USER:PASSWORD@HOST/NAME; by default SQLite in DIR
+    #[arg(long, value_name = "ADDRESS", env = "GABLE_DATABASE", hide_env_values = true)]
+    pub(crate) database: Option<String>,
+    /// Store of artefacts: a folder, or s3://BUCKET/PREFIX; by default a folder in DIR
+    #[arg(long, value_name = "PLACE", env = "GABLE_STORE")]
+    pub(crate) store: Option<String>,
+    /// Folder whose meshes may be sources of jobs; may be given many times, by default the current folder
+    #[arg(long = "source-root", value_name = "DIR")]
+    pub(crate) source_roots: Vec<PathBuf>,
+    /// How log lines look
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub(crate) log_format: LogFormat,
+}
+
+/// How tasks are done.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "How tasks are done")]
+pub(crate) struct SlotArgs {
+    /// Tasks at a time; 0 for one on each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) slots: usize,
+    /// Most memory of one task, MB; what uses more is stopped
+    #[arg(long, value_name = "MB", default_value_t = 4096)]
+    pub(crate) task_memory: u64,
+    /// Longest time of one task, seconds
+    #[arg(long, value_name = "S", default_value_t = 3600.0)]
+    pub(crate) task_time: f64,
+    /// How long a task is held without a sign of life, seconds; then another worker takes it
+    #[arg(long, value_name = "S", default_value_t = 30.0)]
+    pub(crate) lease: f64,
+    /// How long tasks under way may go on after SIGTERM, seconds; those that are left are handed back
+    #[arg(long, value_name = "S", default_value_t = 30.0)]
+    pub(crate) grace: f64,
+    /// Fetched artefacts that are kept on the local disk, MB
+    #[arg(long, value_name = "MB", default_value_t = 8192)]
+    pub(crate) cache: u64,
+}
+
+const SERVE_HELP: &str = "\
+Examples:
+  gable serve --all                                         this machine: SQLite and a folder, no set-up
+  gable serve --all --data /srv/gable --source-root /meshes
+  gable serve --database postgres://gable@db/gable --store s3://gable --listen 0.0.0.0:8080
+  curl localhost:8080/api/v1/jobs -H 'content-type: application/json' -d '{\"source\": \"mesh.obj\", \"city\": \"delft\"}'
+
+The address /docs has the API. SIGTERM and Ctrl-C stop it; jobs go on when it is started again.";
+
+/// Arguments of `gable serve`.
+#[derive(Args, Debug)]
+#[command(after_help = SERVE_HELP)]
+pub(crate) struct ServeArgs {
+    /// Do the tasks of jobs as well
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Address to listen on; addresses that other machines reach need a token
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8080")]
+    pub(crate) listen: std::net::SocketAddr,
+    #[command(flatten)]
+    pub(crate) keep: KeepArgs,
+    #[command(flatten)]
+    pub(crate) slots: SlotArgs,
+}
+
+const WORK_HELP: &str = "\
+Examples:
+  gable work                                                beside gable serve on the same machine
+  gable work --database postgres://gable@db/gable --store s3://gable --slots 8
+
+Any number of workers on any number of machines may serve one database and one store. The split of a job reads its source,
+so at least one worker has to see the source roots. SIGTERM and Ctrl-C stop it after the tasks under way.";
+
+/// Arguments of `gable work`.
+#[derive(Args, Debug)]
+#[command(after_help = WORK_HELP)]
+pub(crate) struct WorkArgs {
+    #[command(flatten)]
+    pub(crate) keep: KeepArgs,
+    #[command(flatten)]
+    pub(crate) slots: SlotArgs,
+}
+
+/// Arguments of the child process that does one task.
+#[derive(Args, Debug)]
+pub(crate) struct TaskArgs {
+    /// Folder whose meshes may be sources of jobs
+    #[arg(long = "source-root")]
+    pub(crate) source_roots: Vec<PathBuf>,
+    /// Threads of tasks that are alone in their stage
+    #[arg(long, default_value_t = 1)]
+    pub(crate) threads: usize,
+    /// Memory of the task, MB
+    #[arg(long)]
+    pub(crate) memory: u64,
 }
 
 #[cfg(test)]

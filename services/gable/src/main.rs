@@ -5,6 +5,7 @@ mod commands;
 mod exit;
 mod interrupt;
 mod progress;
+mod service;
 mod table;
 mod terminal;
 
@@ -13,7 +14,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();
-    terminal::start_logging(cli.global.verbose, cli.global.quiet);
+    terminal::start_logging(cli.global.verbose, cli.global.quiet, cli.command.log_format());
     let result = commands::dispatch(&cli);
     if let Err(error) = &result {
         exit::tell(error, cli.command.json());

@@ -1,5 +1,6 @@
 //! Standard output for results, standard error for everything else, without tearing the progress bar.
 
+use crate::cli::LogFormat;
 use indicatif::{MultiProgress, ProgressDrawTarget};
 use std::io::{self, IsTerminal as _, Write};
 use std::sync::LazyLock;
@@ -46,9 +47,10 @@ impl Write for LogWriter {
     }
 }
 
-/// Sends log lines to standard error: warnings by default, more with `-v`, `-vv` or `RUST_LOG`.
-pub(crate) fn start_logging(verbose: u8, quiet: bool) {
-    let level = match (quiet, verbose) {
+/// Sends log lines to standard error: warnings by default, more with `-v`, `-vv` or `RUST_LOG`. A service (`format` is given)
+/// tells one level more.
+pub(crate) fn start_logging(verbose: u8, quiet: bool, format: Option<LogFormat>) {
+    let level = match (quiet, verbose + u8::from(format.is_some())) {
         (true, _) => "error",
         (false, 0) => "warn",
         (false, 1) => "info",
@@ -60,9 +62,12 @@ pub(crate) fn start_logging(verbose: u8, quiet: bool) {
         Ok(text) if !text.is_empty() => filter.parse_lossy(text),
         _ => filter.parse_lossy(level),
     };
-    tracing_subscriber::fmt()
+    let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_ansi(is_interactive() && std::env::var_os("NO_COLOR").is_none())
-        .with_writer(|| LogWriter)
-        .init();
+        .with_writer(|| LogWriter);
+    match format {
+        Some(LogFormat::Json) => subscriber.json().flatten_event(true).init(),
+        _ => subscriber.init(),
+    }
 }

@@ -1,7 +1,7 @@
 //! One task's child process, under limits.
 
 use crate::WorkerError;
-use crate::protocol::{BAD_INPUT, Order, PHASE, Report};
+use crate::protocol::{BAD_INPUT, FAILED, Order, PHASE, Report};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Stdio;
@@ -23,8 +23,11 @@ pub struct Limits {
 /// How often the memory of a child is looked at.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Longest line that a child may say, bytes; the rest of a longer one is dropped.
+/// Longest line of a child's log, bytes; the rest of a longer one is dropped.
 const LINE: usize = 1 << 20;
+
+/// Longest report of a child, bytes: some hundred for each task that it adds.
+const REPORT: usize = 1 << 28;
 
 /// How a child ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,6 +68,8 @@ pub(crate) async fn run(
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .kill_on_drop(true)
+        // Ctrl-C at the terminal is for the worker, which gives its tasks time to end.
+        .process_group(0)
         .spawn()
         .map_err(|source| WorkerError::Program { program: name.to_string_lossy().into_owned(), source })?;
     let pid = child.id();
@@ -83,7 +88,7 @@ pub(crate) async fn run(
             let mut last = String::new();
             let Some(lines) = lines else { return last };
             let mut lines = BufReader::new(lines);
-            while let Some(line) = next_line(&mut lines).await {
+            while let Some(line) = next_line(&mut lines, LINE).await {
                 if let Some(phase) = line.strip_prefix(PHASE) {
                     state.send_modify(|s| s.phase = phase.to_owned());
                 } else if !line.trim().is_empty() {
@@ -132,6 +137,7 @@ pub(crate) async fn run(
             Err(e) => Ended::Badly(format!("its report cannot be read: {e}")),
         },
         Some(BAD_INPUT) => Ended::BadInput(said),
+        Some(FAILED) if !said.is_empty() => Ended::Badly(said),
         _ => Ended::Badly(if said.is_empty() { status.to_string() } else { format!("{status}: {said}") }),
     })
 }
@@ -145,7 +151,7 @@ async fn last_line(output: Option<ChildStdout>) -> String {
     let mut last = String::new();
     let Some(output) = output else { return last };
     let mut lines = BufReader::new(output);
-    while let Some(line) = next_line(&mut lines).await {
+    while let Some(line) = next_line(&mut lines, REPORT).await {
         if !line.trim().is_empty() {
             last = line;
         }
@@ -153,8 +159,8 @@ async fn last_line(output: Option<ChildStdout>) -> String {
     last
 }
 
-/// The next line, at most [`LINE`] bytes of it; none at the end.
-async fn next_line(lines: &mut (impl AsyncBufReadExt + Unpin)) -> Option<String> {
+/// The next line, at most `most` bytes of it; none at the end.
+async fn next_line(lines: &mut (impl AsyncBufReadExt + Unpin), most: usize) -> Option<String> {
     let mut line = Vec::new();
     loop {
         let chunk = lines.fill_buf().await.ok()?;
@@ -163,7 +169,7 @@ async fn next_line(lines: &mut (impl AsyncBufReadExt + Unpin)) -> Option<String>
         }
         let end = chunk.iter().position(|&b| b == b'\n');
         let taken = end.unwrap_or(chunk.len());
-        line.extend_from_slice(&chunk[..taken.min(LINE.saturating_sub(line.len()))]);
+        line.extend_from_slice(&chunk[..taken.min(most.saturating_sub(line.len()))]);
         lines.consume(end.map_or(taken, |e| e + 1));
         if end.is_some() {
             return Some(String::from_utf8_lossy(&line).into_owned());

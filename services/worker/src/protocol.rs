@@ -5,11 +5,14 @@ use serde::{Deserialize, Serialize};
 /// Exit code of a child whose input is bad: trying again would not help.
 pub const BAD_INPUT: i32 = 2;
 
+/// Exit code of a child that could not do its task; the last line of its log is the reason.
+pub const FAILED: i32 = 1;
+
 /// What a line of the child's log begins with that tells how far it is.
 pub const PHASE: &str = "phase: ";
 
 /// What a child is to do: one line of JSON on its standard input.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Order {
     /// The job's request, as it was submitted.
     pub request: serde_json::Value,
@@ -19,6 +22,43 @@ pub struct Order {
     pub unit: String,
     /// What else the task needs to know.
     pub input: serde_json::Value,
+    /// What happened in the earlier stages, if the member `history` of the input is true.
+    #[serde(default)]
+    pub history: Option<History>,
+}
+
+/// What happened in the stages before that of a task. They are over, so this is the same at every attempt, but for the times.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct History {
+    /// Tasks that failed for good, by stage and unit.
+    pub failed: Vec<Ended>,
+    /// Tasks whose results were taken over, by stage and unit.
+    pub reused: Vec<Ended>,
+    /// Times of the stages.
+    pub stages: Vec<StageTime>,
+}
+
+/// A task that is over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ended {
+    /// Stage.
+    pub stage: i64,
+    /// Name of the unit.
+    pub unit: String,
+    /// Why it failed.
+    #[serde(default)]
+    pub reason: String,
+}
+
+/// Time of a stage.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageTime {
+    /// Stage.
+    pub stage: i64,
+    /// From the begin of its first task to the end of its last, seconds.
+    pub wall: f64,
+    /// Sum over its tasks, seconds.
+    pub sum: f64,
 }
 
 /// Which artefacts a task reads: the member `reads` of its input.

@@ -2,7 +2,8 @@
 
 use crate::cache::Cache;
 use crate::child::{self, Ended, State};
-use crate::protocol::{Order, Reads, Report};
+use crate::history;
+use crate::protocol::{History, Order, Reads, Report};
 use crate::{Settings, WorkerError};
 use gable_job_store::{Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Retry, Store};
 use std::path::{Component, Path};
@@ -79,7 +80,11 @@ impl Around<'_> {
         if let Err(e) = self.fetch(claim, &input, folder.path()).await {
             return Ok(Made::Failed(format!("fetching its input: {e}")));
         }
-        let order = Order { request, stage: claim.stage, unit: claim.unit.clone(), input };
+        let history = match self.history(claim, &input).await {
+            Ok(history) => history,
+            Err(e) => return Ok(Made::Failed(format!("looking at what happened before: {e}"))),
+        };
+        let order = Order { request, stage: claim.stage, unit: claim.unit.clone(), input, history };
         self.say("running");
         let settings = self.settings;
         let ended = child::run(&settings.program, folder.path(), &order, settings.limits, stop, self.state).await?;
@@ -99,6 +104,14 @@ impl Around<'_> {
 
     fn say(&self, phase: &str) {
         self.state.send_modify(|s| s.phase = phase.to_owned());
+    }
+
+    /// What happened before, if the task wants to know.
+    async fn history(&self, claim: &Claim, input: &serde_json::Value) -> Result<Option<History>, JobStoreError> {
+        if input.get("history").and_then(serde_json::Value::as_bool) != Some(true) {
+            return Ok(None);
+        }
+        Ok(Some(history::before(claim.stage, &self.store.tasks(&claim.job).await?)))
     }
 
     /// Lays out what a task reads.

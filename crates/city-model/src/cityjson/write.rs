@@ -40,6 +40,12 @@ impl Header {
         Self { title: model.title.clone(), origin: model.origin, crs: model.crs.clone(), extent }
     }
 
+    /// The lowest corner in whole metres: two headers of the same one write the same buildings alike.
+    #[must_use]
+    pub fn base(&self) -> DVec3 {
+        from_lattice(self.corner())
+    }
+
     /// Lattice point of the local frame at which the file's `translate` stands: the lowest corner in whole metres.
     pub(super) fn corner(&self) -> [i64; 3] {
         let low = self.extent.map_or(DVec3::ZERO, |(low, _)| from_lattice(lattice(low)));

@@ -2,12 +2,11 @@
 
 use super::stitch::Task;
 use super::{Context, prepare};
-use crate::artefact;
+use crate::artefact::{self, LabelTile};
 use crate::failure::{Failures, guarded, is_local};
 use crate::known::Known;
 use crate::mosaic::Mosaic;
-use crate::params::Method;
-use crate::stages::segment::Labelled;
+use crate::params::{Method, Params};
 use crate::stages::split::Blocks;
 use crate::summary::{BuildingRecord, Lod};
 use crate::{PipelineError, Stage};
@@ -37,105 +36,139 @@ pub(crate) struct Tile {
     pub(crate) path: std::path::PathBuf,
 }
 
-/// Models all buildings. Each belongs to the tile that holds its centroid.
-pub(crate) fn model(
-    context: &Context<'_>,
-    blocks: &Blocks,
-    ortho: &Mosaic<Orthograph>,
-    labelled: &Labelled,
-    terrain: &Terrain,
-    tasks: &[Task],
-    failures: &Failures,
-    photographed: bool,
-) -> Result<Vec<Tile>, PipelineError> {
+/// What the buildings of a city are modelled from.
+pub(crate) struct Modeller<'a> {
+    pub(crate) blocks: &'a Blocks,
+    pub(crate) ortho: &'a Mosaic<Orthograph>,
+    pub(crate) labels: &'a Mosaic<LabelTile>,
+    pub(crate) terrain: &'a Terrain,
+    /// Footprints, where they were given.
+    pub(crate) footprints: Option<&'a Known>,
+    /// Roof planes, where they were given.
+    pub(crate) roofs: Option<&'a Known>,
+    /// Whether the mesh has photographs.
+    pub(crate) photographed: bool,
+}
+
+/// The buildings by the row and column of the tile that owns each: the one that holds its centroid.
+pub(crate) fn owned<'a>(blocks: &Blocks, tasks: &'a [Task], step: f64) -> BTreeMap<(u32, u32), Vec<&'a Task>> {
     let mut owned: BTreeMap<(u32, u32), Vec<&Task>> = BTreeMap::new();
     for task in tasks {
-        owned.entry(blocks.owner(task.centroid)).or_default().push(task);
+        owned.entry(blocks.owner(task.centroid(step))).or_default().push(task);
     }
-    context.observer.stage(Stage::Model, tasks.len());
-    let roofs = context.params.modeling.roofs.as_deref();
-    let roofs = roofs.map(|path| Known::read(path, blocks.frame())).transpose()?;
     owned
+}
+
+/// Where the models of a tile lie.
+pub(crate) fn model_file(ix: u32, iy: u32) -> String {
+    format!("models/{ix}_{iy}.json")
+}
+
+/// The roof planes that are given for an experiment.
+pub(crate) fn known_roofs(params: &Params, frame: &Frame) -> Result<Option<Known>, PipelineError> {
+    params.modeling.roofs.as_deref().map(|path| Known::read(path, frame)).transpose()
+}
+
+/// Models all buildings.
+pub(crate) fn model(
+    context: &Context<'_>,
+    modeller: &Modeller<'_>,
+    tasks: &[Task],
+    failures: &Failures,
+) -> Result<Vec<Tile>, PipelineError> {
+    let step = context.params.sampling.step;
+    context.observer.stage(Stage::Model, tasks.len());
+    owned(modeller.blocks, tasks, step)
         .into_par_iter()
         .map(|((iy, ix), tasks)| {
-            let path = context.workspace.path(&format!("models/{ix}_{iy}.json"));
+            let path = context.workspace.path(&model_file(ix, iy));
             if artefact::whole_json::<Vec<Modelled>>(&path)?.is_some_and(|made| made.len() == tasks.len()) {
                 tasks.iter().for_each(|t| context.observer.done(Stage::Model, &t.id));
                 return Ok(Tile { ix, iy, path });
             }
-            let modelled: Vec<Modelled> = tasks
-                .par_iter()
-                .map(|task| {
-                    context.check_cancelled()?;
-                    // A fault in one building must not cost the city: it becomes that building's reason.
-                    let made = guarded(Stage::Model, &task.id, || {
-                        one(context, blocks, ortho, labelled, terrain, roofs.as_ref(), task, photographed)
-                    });
-                    let made = match made {
-                        Err(error) if is_local(&error) => Err(error.to_string()),
-                        other => other?,
-                    };
-                    context.observer.done(Stage::Model, &task.id);
-                    let step = context.params.sampling.step;
-                    let note = failures.note(blocks, task.whole.window(step));
-                    Ok(record(task, made, [ix, iy], blocks.frame(), step, note))
-                })
-                .collect::<Result<_, PipelineError>>()?;
-            artefact::write_json(&path, &modelled)?;
+            let noted: Vec<_> =
+                tasks.iter().map(|task| (*task, failures.note(modeller.blocks, task.window(step)))).collect();
+            artefact::write_json(&path, &modeller.tile(context, [ix, iy], &noted)?)?;
             Ok(Tile { ix, iy, path })
         })
         .collect()
+}
+
+impl Modeller<'_> {
+    /// The models of the buildings that a tile owns, each with what else has to be known of it.
+    pub(crate) fn tile(
+        &self,
+        context: &Context<'_>,
+        tile: [u32; 2],
+        tasks: &[(&Task, Option<String>)],
+    ) -> Result<Vec<Modelled>, PipelineError> {
+        let step = context.params.sampling.step;
+        tasks
+            .par_iter()
+            .map(|(task, note)| {
+                context.check_cancelled()?;
+                // A fault in one building must not cost the city: it becomes that building's reason.
+                let made = guarded(Stage::Model, &task.id, || self.one(context, task));
+                let made = match made {
+                    Err(error) if is_local(&error) => Err(error.to_string()),
+                    other => other?,
+                };
+                context.observer.done(Stage::Model, &task.id);
+                Ok(record(task, made, tile, self.blocks.frame(), step, note.clone()))
+            })
+            .collect()
+    }
+
+    /// One building: a model, or the reason why there is none.
+    fn one(&self, context: &Context<'_>, task: &Task) -> Result<Result<BuildingModel, String>, PipelineError> {
+        let inner = task.window(context.params.sampling.step);
+        let window = seen_by(inner);
+        let maps = prepare::read(self.ortho, window)?;
+        let labels = self.labels.read(inner)?.0;
+        let known = |number: usize| self.footprints.and_then(|known| known.footprints.get(number));
+        let mask = if let Some(number) = task.footprint {
+            let Some(footprint) = known(number) else {
+                return Ok(Err("its footprint is not where it was when it was found".to_owned()));
+            };
+            let mut inside = Raster::filled(inner, false);
+            footprint.draw(&mut inside);
+            for (inside, &label) in inside.values_mut().iter_mut().zip(labels.values()) {
+                *inside &= label == Label::Building as u8;
+            }
+            if !inside.values().contains(&true) {
+                return Ok(Err("nothing of the mesh lies in its footprint".to_owned()));
+            }
+            inside
+        } else if let Some(mask) = mask(&labels, task) {
+            mask
+        } else {
+            return Ok(Err("its pixels are not where they were when it was found".to_owned()));
+        };
+        let mask = mask.crop(window, false);
+        let published = context.params.modeling.method == Method::Zhu2018;
+        let input = BuildingInput {
+            roof: self.roofs.and_then(|known| known.roof(&mask)),
+            mask,
+            terrain: self.terrain.raster(window),
+            normal: maps.normal,
+            colour: self.photographed.then_some(maps.colour),
+            walls: maps.walls,
+            height: maps.height,
+            facets: if published { facets(self.blocks, window)? } else { Vec::new() },
+        };
+        Ok(gable_modeling::model(&input, &params(context)))
+    }
+}
+
+/// What the modelling of a building sees of the cleaned rasters; `inner` is the window of its pixels.
+pub(crate) fn seen_by(inner: GridWindow) -> GridWindow {
+    inner.grown((gable_modeling::MARGIN / inner.step).ceil() as usize)
 }
 
 /// Reads what was modelled for a tile.
 pub(crate) fn read(tile: &Tile) -> Result<Vec<Modelled>, PipelineError> {
     let gone = || PipelineError::Artefact { path: tile.path.clone(), reason: "the file is gone".to_owned() };
     artefact::read_json(&tile.path)?.ok_or_else(gone)
-}
-
-/// One building: a model, or the reason why there is none.
-fn one(
-    context: &Context<'_>,
-    blocks: &Blocks,
-    ortho: &Mosaic<Orthograph>,
-    labelled: &Labelled,
-    terrain: &Terrain,
-    roofs: Option<&Known>,
-    task: &Task,
-    photographed: bool,
-) -> Result<Result<BuildingModel, String>, PipelineError> {
-    let step = context.params.sampling.step;
-    let inner = task.whole.window(step);
-    let window = inner.grown((gable_modeling::MARGIN / step).ceil() as usize);
-    let maps = prepare::read(ortho, window)?;
-    let labels = labelled.read(inner)?;
-    let mask = if let Some(footprint) = &task.footprint {
-        let mut inside = Raster::filled(inner, false);
-        footprint.draw(&mut inside);
-        for (inside, &label) in inside.values_mut().iter_mut().zip(labels.values()) {
-            *inside &= label == Label::Building as u8;
-        }
-        if !inside.values().contains(&true) {
-            return Ok(Err("nothing of the mesh lies in its footprint".to_owned()));
-        }
-        inside
-    } else if let Some(mask) = mask(&labels, task) {
-        mask
-    } else {
-        return Ok(Err("its pixels are not where they were when it was found".to_owned()));
-    };
-    let mask = mask.crop(window, false);
-    let input = BuildingInput {
-        roof: roofs.and_then(|known| known.roof(&mask)),
-        mask,
-        terrain: terrain.raster(window),
-        normal: maps.normal,
-        colour: photographed.then_some(maps.colour),
-        walls: maps.walls,
-        height: maps.height,
-        facets: if context.params.modeling.method == Method::Zhu2018 { facets(blocks, window)? } else { Vec::new() },
-    };
-    Ok(gable_modeling::model(&input, &params(context)))
 }
 
 /// The steep facets of all blocks on a window. Block files are read again for each building, which only the published
@@ -163,7 +196,7 @@ const WALL_ANGLE: f64 = 0.436;
 /// The pixels of a building: the component of the labels inside its window that has its moments.
 fn mask(labels: &Raster<u8>, task: &Task) -> Option<Raster<bool>> {
     let (components, marks) = TileComponents::of(labels, |&l| l == Label::Building as u8);
-    let number = components.components.iter().position(|c| *c == task.whole.extent)? as u32 + 1;
+    let number = components.components.iter().position(|c| *c == task.extent)? as u32 + 1;
     Some(marks.map(|&m| m == number))
 }
 
@@ -200,7 +233,7 @@ fn record(
     step: f64,
     note: Option<String>,
 ) -> Modelled {
-    let bounds = task.whole.window(step).bounds();
+    let bounds = task.window(step).bounds();
     let [ox, oy, _] = frame.origin;
     let bbox = [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy];
     let mut building = Building { id: task.id.clone(), attributes: BTreeMap::new(), lods: Default::default() };
@@ -212,7 +245,7 @@ fn record(
         reason: None,
         note,
         roof_type: None,
-        area_m2: task.whole.area(step),
+        area_m2: task.area(step),
         height_m: 0.0,
         rmse_m: None,
         faces: 0,

@@ -33,7 +33,7 @@ pub(crate) struct Seen {
 /// One raster file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Piece {
-    file: String,
+    pub(crate) file: String,
     x0: i64,
     y0: i64,
     width: usize,
@@ -73,13 +73,15 @@ pub(crate) fn run(
             Ok(seen)
         })
         .collect::<Result<_, PipelineError>>()?;
-    let step = context.params.sampling.step;
-    let tiles = seen
-        .iter()
-        .flat_map(|s| &s.pieces)
-        .map(|p| MosaicTile { window: p.window(step), path: context.workspace.path(&p.file) });
-    let mosaic = Mosaic::new(tiles.collect(), step, context.cache_bytes());
+    let mosaic = mosaic(context, seen.iter().flat_map(|s| &s.pieces));
     Ok((seen, mosaic))
+}
+
+/// The mosaic of some pieces.
+pub(crate) fn mosaic<'a>(context: &Context<'_>, pieces: impl IntoIterator<Item = &'a Piece>) -> Mosaic<Orthograph> {
+    let step = context.params.sampling.step;
+    let tile = |p: &Piece| MosaicTile { window: p.window(step), path: context.workspace.path(&p.file) };
+    Mosaic::new(pieces.into_iter().map(tile).collect(), step, context.cache_bytes())
 }
 
 impl Seen {
@@ -97,12 +99,13 @@ impl Seen {
 }
 
 impl Piece {
-    fn window(&self, step: f64) -> GridWindow {
+    pub(crate) fn window(&self, step: f64) -> GridWindow {
         GridWindow { step, x0: self.x0, y0: self.y0, width: self.width, height: self.height }
     }
 }
 
-fn block(
+/// The rasters of one block, written as pieces.
+pub(crate) fn block(
     context: &Context<'_>,
     blocks: &Blocks,
     textures: &TextureCache,

@@ -41,68 +41,92 @@ pub(crate) fn segment(
 ) -> Result<Labelled, PipelineError> {
     let patches = patches(ortho, context.params.segmentation.patch);
     context.observer.stage(Stage::Segment, patches.len());
-    let model = classifier(context, saturation.is_some())?;
-    // The published features see what the camera saw.
-    let saturation = if model.features == FeatureSet::Full { saturation } else { None };
-    let params = segment_params(context.params);
-    let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
-    let adjust = |labels: &mut Raster<u8>| {
-        if let Some(given) = &given {
-            correct(labels, &given.on(labels.window(), frame)?);
-        }
-        if let Some(known) = footprints {
-            confine(labels, &known.built(labels.window()));
-        }
-        Ok(())
-    };
-    let done: Vec<Result<(TileComponents, Vec<Evidence>, MosaicTile), (GridWindow, String)>> = patches
+    let labeller = Labeller::new(context, frame, footprints, saturation)?;
+    let done: Vec<(GridWindow, Result<Found, String>)> = patches
         .par_iter()
         .map(|&patch| {
             context.check_cancelled()?;
-            let name = format!("{}_{}", patch.x0, patch.y0);
-            let path = context.workspace.path(&format!("labels/{name}.lab"));
-            let beside = context.workspace.path(&format!("labels/{name}.json"));
-            let found = artefact::whole_json::<(TileComponents, Vec<Evidence>)>(&beside)?;
-            let (components, evidence) = match found.filter(|_| LabelTile::load(&path).is_ok()) {
-                Some(found) => found,
+            let found = match read_patch(context, patch)? {
+                Some(found) => Ok(found),
                 None => {
-                    let made = guarded(Stage::Segment, &name, || {
-                        label(context, ortho, terrain, &model, saturation, &params, patch, &adjust)
-                    });
-                    let (labels, components, evidence) = match made {
-                        Ok(made) => made,
-                        Err(error) if is_local(&error) => return Ok(Err((patch, error.to_string()))),
+                    match guarded(Stage::Segment, &name(patch), || labeller.label(context, ortho, terrain, patch)) {
+                        Ok(made) => Ok(write_patch(context, patch, made)?),
+                        Err(error) if is_local(&error) => Err(error.to_string()),
                         Err(error) => return Err(error),
-                    };
-                    LabelTile(labels).write(&path)?;
-                    let found = (components, evidence);
-                    artefact::write_json(&beside, &found)?;
-                    found
+                    }
                 }
             };
-            context.observer.done(Stage::Segment, &name);
-            Ok(Ok((components, evidence, MosaicTile { window: patch, path })))
+            if found.is_ok() {
+                context.observer.done(Stage::Segment, &name(patch));
+            }
+            Ok((patch, found))
         })
         .collect::<Result<_, PipelineError>>()?;
-    let labels = Mosaic::new(Vec::new(), ortho.step(), 0);
+    Ok(gather(context, done))
+}
+
+/// What was found on a patch: its components and the evidence on each.
+pub(crate) type Found = (TileComponents, Vec<Evidence>);
+
+/// The name of a patch.
+pub(crate) fn name(patch: GridWindow) -> String {
+    format!("{}_{}", patch.x0, patch.y0)
+}
+
+/// Where the labels of a patch lie.
+pub(crate) fn label_file(patch: GridWindow) -> String {
+    format!("labels/{}.lab", name(patch))
+}
+
+fn found_file(patch: GridWindow) -> String {
+    format!("labels/{}.json", name(patch))
+}
+
+/// What was found on a patch earlier, if both files of it are whole.
+pub(crate) fn read_patch(context: &Context<'_>, patch: GridWindow) -> Result<Option<Found>, PipelineError> {
+    let found = artefact::whole_json::<Found>(&context.workspace.path(&found_file(patch)))?;
+    Ok(found.filter(|_| LabelTile::load(&context.workspace.path(&label_file(patch))).is_ok()))
+}
+
+/// Writes what was made of a patch.
+pub(crate) fn write_patch(
+    context: &Context<'_>,
+    patch: GridWindow,
+    (labels, components, evidence): (Raster<u8>, TileComponents, Vec<Evidence>),
+) -> Result<Found, PipelineError> {
+    LabelTile(labels).write(&context.workspace.path(&label_file(patch)))?;
+    let found = (components, evidence);
+    artefact::write_json(&context.workspace.path(&found_file(patch)), &found)?;
+    Ok(found)
+}
+
+/// The files that [`write_patch`] writes.
+pub(crate) fn patch_files(patch: GridWindow) -> [String; 2] {
+    [label_file(patch), found_file(patch)]
+}
+
+/// All patches together.
+pub(crate) fn gather(context: &Context<'_>, patches: Vec<(GridWindow, Result<Found, String>)>) -> Labelled {
+    let step = context.params.sampling.step;
+    let labels = Mosaic::new(Vec::new(), step, 0);
     let mut labelled = Labelled { components: Vec::new(), evidence: Vec::new(), labels, failed: Vec::new() };
     let mut tiles = Vec::new();
-    for patch in done {
-        match patch {
-            Ok((components, evidence, tile)) => {
+    for (patch, found) in patches {
+        match found {
+            Ok((components, evidence)) => {
                 labelled.components.push(components);
                 labelled.evidence.push(evidence);
-                tiles.push(tile);
+                tiles.push(MosaicTile { window: patch, path: context.workspace.path(&label_file(patch)) });
             }
-            Err(failure) => labelled.failed.push(failure),
+            Err(reason) => labelled.failed.push((patch, reason)),
         }
     }
-    labelled.labels = Mosaic::new(tiles, ortho.step(), context.cache_bytes() / 8);
-    Ok(labelled)
+    labelled.labels = Mosaic::new(tiles, step, context.cache_bytes() / 8);
+    labelled
 }
 
 /// The patches of the lattice that hold a sampled tile, row by row.
-fn patches(ortho: &Mosaic<Orthograph>, edge: usize) -> Vec<GridWindow> {
+pub(crate) fn patches(ortho: &Mosaic<Orthograph>, edge: usize) -> Vec<GridWindow> {
     let e = edge as i64;
     let mut cells = BTreeSet::new();
     for tile in ortho.tiles() {
@@ -177,44 +201,79 @@ pub(crate) fn region_params(params: &Params) -> RegionParams {
     }
 }
 
-fn label(
-    context: &Context<'_>,
-    ortho: &Mosaic<Orthograph>,
-    terrain: &Terrain,
-    model: &Model,
+/// Labels patches: what has to be at hand for each of them.
+pub(crate) struct Labeller<'a> {
+    model: Model,
+    /// Brings the colours to the measure of other cities.
     saturation: Option<f32>,
-    params: &SegmentParams,
-    patch: GridWindow,
-    adjust: &(dyn Fn(&mut Raster<u8>) -> Result<(), PipelineError> + Sync),
-) -> Result<(Raster<u8>, TileComponents, Vec<Evidence>), PipelineError> {
-    let window = patch.grown(context.params.segmentation.margin);
-    let mut maps = prepare::read(ortho, window)?;
-    if let Some(factor) = saturation {
-        maps.colour = saturated(&maps.colour, factor);
+    params: SegmentParams,
+    given: Option<LabelFolder>,
+    footprints: Option<&'a Known>,
+    frame: &'a Frame,
+}
+
+impl<'a> Labeller<'a> {
+    /// As [`segment`] has it.
+    pub(crate) fn new(
+        context: &Context<'_>,
+        frame: &'a Frame,
+        footprints: Option<&'a Known>,
+        saturation: Option<f32>,
+    ) -> Result<Self, PipelineError> {
+        let model = classifier(context, saturation.is_some())?;
+        // The published features see what the camera saw.
+        let saturation = if model.features == FeatureSet::Full { saturation } else { None };
+        let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
+        Ok(Self { model, saturation, params: segment_params(context.params), given, footprints, frame })
     }
-    let input = gable_segmentation::Orthograph {
-        colour: model.features.needs_colour().then_some(&maps.colour),
-        height: &maps.height,
-        normal: &maps.normal,
-    };
-    let ground = match context.params.segmentation.terrain {
-        TerrainModel::Surface => terrain.raster(window),
-        TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
-    };
-    let found = gable_segmentation::segment(&input, &ground, model, params);
-    let found = found.map_err(|e| context.failed(Stage::Segment, &format!("{}_{}", patch.x0, patch.y0), e))?;
-    let mut labels = found.labels;
-    for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
-        if z.is_nan() {
-            *label = artefact::NO_LABEL;
+
+    /// The labels of a patch, its components, and the evidence on each.
+    pub(crate) fn label(
+        &self,
+        context: &Context<'_>,
+        ortho: &Mosaic<Orthograph>,
+        terrain: &Terrain,
+        patch: GridWindow,
+    ) -> Result<(Raster<u8>, TileComponents, Vec<Evidence>), PipelineError> {
+        let window = seen_by(context.params, patch);
+        let mut maps = prepare::read(ortho, window)?;
+        if let Some(factor) = self.saturation {
+            maps.colour = saturated(&maps.colour, factor);
         }
+        let input = gable_segmentation::Orthograph {
+            colour: self.model.features.needs_colour().then_some(&maps.colour),
+            height: &maps.height,
+            normal: &maps.normal,
+        };
+        let ground = match context.params.segmentation.terrain {
+            TerrainModel::Surface => terrain.raster(window),
+            TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
+        };
+        let found = gable_segmentation::segment(&input, &ground, &self.model, &self.params);
+        let found = found.map_err(|e| context.failed(Stage::Segment, &name(patch), e))?;
+        let mut labels = found.labels;
+        for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
+            if z.is_nan() {
+                *label = artefact::NO_LABEL;
+            }
+        }
+        let mut core = labels.crop(patch, artefact::NO_LABEL);
+        if let Some(given) = &self.given {
+            correct(&mut core, &given.on(patch, self.frame)?);
+        }
+        if let Some(known) = self.footprints {
+            confine(&mut core, &known.built(patch));
+        }
+        let (components, marks) = TileComponents::of(&core, |&l| l == Label::Building as u8);
+        let count = components.components.len();
+        let evidence = Evidence::gather(&labels, &found.plants, &marks, count, &region_params(context.params));
+        Ok((core, components, evidence))
     }
-    let mut core = labels.crop(patch, artefact::NO_LABEL);
-    adjust(&mut core)?;
-    let (components, marks) = TileComponents::of(&core, |&l| l == Label::Building as u8);
-    let count = components.components.len();
-    let evidence = Evidence::gather(&labels, &found.plants, &marks, count, &region_params(context.params));
-    Ok((core, components, evidence))
+}
+
+/// What the labelling of a patch sees of the cleaned rasters.
+pub(crate) fn seen_by(params: &Params, patch: GridWindow) -> GridWindow {
+    patch.grown(params.segmentation.margin)
 }
 
 /// Replaces labels by those that are given, where there are any and a surface was seen.

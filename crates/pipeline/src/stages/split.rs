@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// The blocks of a city, on disk.
 pub(crate) struct Blocks {
     pub(crate) report: SplitReport,
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
 }
 
 /// Splits the scene, unless an earlier run did.

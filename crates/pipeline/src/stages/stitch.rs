@@ -12,17 +12,38 @@ use gable_geometry::{DVec2, Frame};
 use gable_ortho::{GridWindow, Raster};
 use gable_segmentation::{Evidence, Label, RegionParams};
 use gable_stitching::{Component, TileComponents, Whole, building_ids, unite};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A building that is to be modelled.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Task {
     pub(crate) id: String,
-    pub(crate) whole: Whole,
+    /// Pixels, moments and extent of all its pieces together.
+    pub(crate) extent: Component,
+    /// Where its footprint stands in the list of those that were given: the building is what was seen inside it.
+    pub(crate) footprint: Option<usize>,
+}
+
+impl Task {
+    fn whole(&self) -> Whole {
+        Whole { pieces: Vec::new(), extent: self.extent.clone() }
+    }
+
+    /// The smallest window that holds it.
+    pub(crate) fn window(&self, step: f64) -> GridWindow {
+        self.whole().window(step)
+    }
+
     /// Mean of its pixels, local metres.
-    pub(crate) centroid: DVec2,
-    /// Its footprint, where that was given: the building is what was seen inside it.
-    pub(crate) footprint: Option<Footprint>,
+    pub(crate) fn centroid(&self, step: f64) -> DVec2 {
+        self.whole().centroid(step)
+    }
+
+    /// Its area, m².
+    pub(crate) fn area(&self, step: f64) -> f64 {
+        self.whole().area(step)
+    }
 }
 
 /// Whole buildings of at least the smallest area, ordered by place. What is none gets another label.
@@ -36,7 +57,7 @@ pub(crate) fn stitch(
     context.check_cancelled()?;
     let step = context.params.sampling.step;
     if let Some(known) = footprints {
-        let tasks = known.footprints.iter().filter_map(|f| given(f, step)).collect();
+        let tasks = known.footprints.iter().enumerate().filter_map(|(i, f)| given(i, f, step)).collect();
         context.observer.done(Stage::Stitch, "city");
         return Ok((tasks, labelled));
     }
@@ -64,14 +85,14 @@ pub(crate) fn stitch(
         if context.params.segmentation.labels.is_some() { labelled } else { relabel(context, labelled, &others)? };
     let centroids: Vec<DVec2> = wholes.iter().map(|w| w.centroid(step)).collect();
     let ids = building_ids(&centroids, frame);
-    let tasks = wholes.into_iter().zip(ids).zip(centroids);
     context.observer.done(Stage::Stitch, "city");
-    let tasks = tasks.map(|((whole, id), centroid)| Task { id, whole, centroid, footprint: None }).collect();
+    let tasks =
+        wholes.into_iter().zip(ids).map(|(whole, id)| Task { id, extent: whole.extent, footprint: None }).collect();
     Ok((tasks, labelled))
 }
 
 /// The building of a footprint; `None` if that holds no pixel.
-fn given(footprint: &Footprint, step: f64) -> Option<Task> {
+fn given(number: usize, footprint: &Footprint, step: f64) -> Option<Task> {
     let mut inside = Raster::filled(GridWindow::covering(footprint.bounds, step), false);
     footprint.draw(&mut inside);
     let (parts, _) = TileComponents::of(&inside, |&i| i);
@@ -84,9 +105,7 @@ fn given(footprint: &Footprint, step: f64) -> Option<Task> {
         columns: [a.columns[0].min(b.columns[0]), a.columns[1].max(b.columns[1])],
         rows: [a.rows[0].min(b.rows[0]), a.rows[1].max(b.rows[1])],
     });
-    let whole = Whole { pieces: Vec::new(), extent };
-    let centroid = whole.centroid(step);
-    Some(Task { id: footprint.id.clone(), whole, centroid, footprint: Some(footprint.clone()) })
+    Some(Task { id: footprint.id.clone(), extent, footprint: Some(number) })
 }
 
 fn verdict(whole: &Whole, evidence: &[Vec<Evidence>], params: &RegionParams) -> Label {

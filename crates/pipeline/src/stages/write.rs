@@ -5,27 +5,28 @@ use super::model::{self, Modelled, Tile};
 use super::split::Blocks;
 use crate::artefact;
 use crate::failure::{Failures, guarded, is_local};
-use crate::params::Format;
+use crate::params::{Format, Params};
 use crate::summary::Lod;
 use crate::{PipelineError, Stage};
 use gable_city_model::{Building, CityModel, Header, SeqWriter, Terrain as Tin};
 use gable_geometry::dvec2;
+use gable_ortho::GridWindow;
 use gable_segmentation::Terrain;
 use rayon::prelude::*;
-use serde::Serialize;
-use std::path::Path;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// What was written of a tile.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct IndexEntry {
-    tile: [u32; 2],
+    pub(crate) tile: [u32; 2],
     /// West, south, east, north; world coordinates, metres.
-    bbox: [f64; 4],
-    buildings: usize,
-    files: Vec<String>,
+    pub(crate) bbox: [f64; 4],
+    pub(crate) buildings: usize,
+    pub(crate) files: Vec<String>,
     /// Why the block failed; absent if it did not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    failed: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) failed: Option<String>,
 }
 
 /// The index: which tiles there are, where, in which files.
@@ -41,7 +42,7 @@ struct Index<'a> {
 }
 
 /// Name of the file of the whole city.
-const CITY: &str = "city.city.jsonl";
+pub(crate) const CITY: &str = "city.city.jsonl";
 
 /// Writes all formats that are asked for; returns the names of the files, relative to `out`.
 pub(crate) fn write(
@@ -53,88 +54,127 @@ pub(crate) fn write(
     title: &str,
     out: &Path,
 ) -> Result<Vec<String>, PipelineError> {
-    let formats = &context.params.output.formats;
     let owned = |ix, iy| tiles.iter().find(|t| (t.ix, t.iy) == (ix, iy));
     let wanted = blocks.with_data();
     context.observer.stage(Stage::Write, wanted.len());
-    let folder = out.join("tiles");
-    artefact::create_dir(&folder)?;
-    let tile = |ix: u32, iy: u32| {
-        let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
-        let tin = if context.params.output.terrain { tin(context, blocks, terrain, ix, iy)? } else { None };
-        let model = CityModel {
-            title: format!("{title}, tile {ix}_{iy}"),
-            origin: blocks.frame().origin,
-            crs: blocks.frame().crs.clone(),
-            buildings: written(modelled),
-            terrain: tin.clone(),
-        };
-        let mut files = Vec::new();
-        for format in formats {
-            let name = match format {
-                Format::CityJson => format!("{ix}_{iy}.city.json"),
-                Format::CityGml => format!("{ix}_{iy}.gml"),
-                Format::CityJsonSeq => continue,
-            };
-            let path = folder.join(&name);
-            let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
-            let mut bytes = Vec::new();
-            match format {
-                Format::CityGml => gable_city_model::write_citygml(&model, &mut bytes).map_err(wrong)?,
-                _ => gable_city_model::write_cityjson(&model, &mut bytes).map_err(wrong)?,
-            }
-            artefact::write(&path, &bytes)?;
-            files.push(format!("tiles/{name}"));
-        }
-        Ok((model.buildings.len(), files, tin))
-    };
+    artefact::create_dir(&out.join("tiles"))?;
     let made: Vec<_> = wanted
         .par_iter()
         .map(|&(ix, iy)| {
             context.check_cancelled()?;
             let name = format!("{ix}_{iy}");
-            let made = match guarded(Stage::Write, &name, || tile(ix, iy)) {
+            let made = guarded(Stage::Write, &name, || {
+                let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
+                tile(context, blocks, [ix, iy], modelled, terrain, title, out)
+            });
+            let made = match made {
                 Err(error) if is_local(&error) => Err(error.to_string()),
                 other => Ok(other?),
             };
             context.observer.done(Stage::Write, &name);
-            Ok((ix, iy, made))
+            Ok(([ix, iy], made))
         })
         .collect::<Result<_, PipelineError>>()?;
     let (mut entries, mut tins) = (Vec::new(), Vec::new());
-    for (ix, iy, made) in made {
-        let (buildings, files, tin) = match made {
-            Ok(made) => made,
-            Err(reason) => {
-                failures.add([ix, iy], reason);
-                (0, Vec::new(), None)
-            }
-        };
-        let failed = failures.reason([ix, iy]).map(str::to_owned);
-        entries.push(IndexEntry { tile: [ix, iy], bbox: blocks.world_box(ix, iy), buildings, files, failed });
-        tins.push(tin);
+    for (block, made) in made {
+        let written = made.unwrap_or_else(|reason| {
+            failures.add(block, reason);
+            Written::default()
+        });
+        tins.push(written.terrain.clone());
+        entries.push(entry(blocks, block, &written, failures));
     }
     // Formats apart, what a tile has no file for the city has not either.
     let tiles: Vec<&Tile> =
         tiles.iter().filter(|t| entries.iter().all(|e| e.tile != [t.ix, t.iy] || e.buildings > 0)).collect();
-    let mut files: Vec<String> = entries.iter().flat_map(|e| e.files.iter().cloned()).collect();
-    let whole = formats.contains(&Format::CityJsonSeq);
-    if whole {
+    if context.params.output.formats.contains(&Format::CityJsonSeq) {
         city(context, blocks, &tiles, &tins, title, &out.join(CITY))?;
-        files.insert(0, CITY.to_owned());
     }
+    let files = index(context, blocks, entries, title, out)?;
+    sweep(out, &files)?;
+    Ok(files)
+}
+
+/// What was written of a tile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Written {
+    pub(crate) buildings: Vec<Building>,
+    pub(crate) terrain: Option<Tin>,
+    /// Names, relative to the folder of the result.
+    pub(crate) files: Vec<String>,
+}
+
+/// Writes the files of a tile.
+pub(crate) fn tile(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    [ix, iy]: [u32; 2],
+    modelled: Vec<Modelled>,
+    terrain: &Terrain,
+    title: &str,
+    out: &Path,
+) -> Result<Written, PipelineError> {
+    let tin = if context.params.output.terrain { tin(context, blocks, terrain, ix, iy)? } else { None };
+    let model = CityModel {
+        title: format!("{title}, tile {ix}_{iy}"),
+        origin: blocks.frame().origin,
+        crs: blocks.frame().crs.clone(),
+        buildings: written(modelled),
+        terrain: tin,
+    };
+    let mut files = Vec::new();
+    for format in &context.params.output.formats {
+        let name = match format {
+            Format::CityJson => format!("{ix}_{iy}.city.json"),
+            Format::CityGml => format!("{ix}_{iy}.gml"),
+            Format::CityJsonSeq => continue,
+        };
+        let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
+        let mut bytes = Vec::new();
+        match format {
+            Format::CityGml => gable_city_model::write_citygml(&model, &mut bytes).map_err(wrong)?,
+            _ => gable_city_model::write_cityjson(&model, &mut bytes).map_err(wrong)?,
+        }
+        let name = format!("tiles/{name}");
+        artefact::write(&out.join(&name), &bytes)?;
+        files.push(name);
+    }
+    Ok(Written { buildings: model.buildings, terrain: model.terrain, files })
+}
+
+/// What the index tells of a tile.
+pub(crate) fn entry(blocks: &Blocks, tile: [u32; 2], written: &Written, failures: &Failures) -> IndexEntry {
+    IndexEntry {
+        tile,
+        bbox: blocks.world_box(tile[0], tile[1]),
+        buildings: written.buildings.len(),
+        files: written.files.clone(),
+        failed: failures.reason(tile).map(str::to_owned),
+    }
+}
+
+/// Writes the index; returns the names of all files of the result but those of the report.
+pub(crate) fn index(
+    context: &Context<'_>,
+    blocks: &Blocks,
+    tiles: Vec<IndexEntry>,
+    title: &str,
+    out: &Path,
+) -> Result<Vec<String>, PipelineError> {
+    let city = context.params.output.formats.contains(&Format::CityJsonSeq).then_some(CITY);
+    let mut files: Vec<String> = city.map(str::to_owned).into_iter().collect();
+    files.extend(tiles.iter().flat_map(|e| e.files.iter().cloned()));
     let index = Index {
         title,
         crs: blocks.frame().crs.to_string(),
         step_m: context.params.sampling.step,
         grid: blocks.grid(),
-        city: whole.then_some(CITY),
-        buildings: entries.iter().map(|e| e.buildings).sum(),
-        tiles: entries,
+        city,
+        buildings: tiles.iter().map(|e| e.buildings).sum(),
+        tiles,
     };
     artefact::write_json(&out.join("index.json"), &index)?;
     files.push("index.json".to_owned());
-    sweep(out, &files)?;
     Ok(files)
 }
 
@@ -180,9 +220,7 @@ fn city(
     title: &str,
     path: &Path,
 ) -> Result<(), PipelineError> {
-    let frame = blocks.frame();
-    let header =
-        Header { title: title.to_owned(), origin: frame.origin, crs: frame.crs.clone(), extent: Some(blocks.extent()) };
+    let header = header(blocks, title);
     let mut failure = None;
     artefact::write_with(path, |file| {
         let fill = || -> Result<(), PipelineError> {
@@ -205,6 +243,52 @@ fn city(
     .map_err(|error| failure.take().unwrap_or(error))
 }
 
+/// The lines of a tile in the file of the whole city: of its buildings, and of its terrain. `header` is the city's, its
+/// extent only to its lowest corner.
+pub(crate) fn lines(context: &Context<'_>, header: &Header, written: &Written) -> Result<[Vec<u8>; 2], PipelineError> {
+    let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, CITY, e);
+    let part = |buildings: &[Building], terrain: Option<&Tin>| {
+        let mut writer = SeqWriter::new(Vec::new(), header).map_err(wrong)?;
+        buildings.iter().try_for_each(|b| writer.write_building(b)).map_err(wrong)?;
+        terrain.into_iter().try_for_each(|t| writer.write_terrain(t)).map_err(wrong)?;
+        let bytes = writer.finish().map_err(wrong)?;
+        // The first line is the header's.
+        let first = bytes.iter().position(|&b| b == b'\n').map_or(bytes.len(), |end| end + 1);
+        Ok::<_, PipelineError>(bytes[first..].to_vec())
+    };
+    Ok([part(&written.buildings, None)?, part(&[], written.terrain.as_ref())?])
+}
+
+/// The file of the whole city from the lines of its tiles: those of all buildings, then those of all terrain.
+pub(crate) fn join(
+    context: &Context<'_>,
+    header: &Header,
+    lines: &[PathBuf],
+    path: &Path,
+) -> Result<(), PipelineError> {
+    let mut failure = None;
+    artefact::write_with(path, |file| {
+        let fill = || -> Result<(), PipelineError> {
+            let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, CITY, e);
+            let mut file = SeqWriter::new(file, header).and_then(SeqWriter::finish).map_err(wrong)?;
+            for part in lines {
+                let io = |source| PipelineError::Io { path: part.clone(), source };
+                std::io::copy(&mut std::fs::File::open(part).map_err(io)?, &mut file).map_err(io)?;
+            }
+            Ok(())
+        };
+        failure = fill().err();
+        if failure.is_some() { Err(std::io::Error::other("not written")) } else { Ok(()) }
+    })
+    .map_err(|error| failure.take().unwrap_or(error))
+}
+
+/// The first line of the file of the whole city.
+pub(crate) fn header(blocks: &Blocks, title: &str) -> Header {
+    let frame = blocks.frame();
+    Header { title: title.to_owned(), origin: frame.origin, crs: frame.crs.clone(), extent: Some(blocks.extent()) }
+}
+
 /// The terrain of a tile as triangles; neighbours share the vertices along their border.
 fn tin(
     context: &Context<'_>,
@@ -215,8 +299,8 @@ fn tin(
 ) -> Result<Option<Tin>, PipelineError> {
     let Some(core) = blocks.core(ix, iy) else { return Ok(None) };
     // Nodes every so many whole pixels; the last column and row may reach beyond the tile by less than a cell.
-    let (bounds, step) = (core.bounds(), core.step);
-    let cell = (context.params.segmentation.terrain_cell / step).round().max(1.0) * step;
+    let bounds = core.bounds();
+    let cell = terrain_cell(context.params, core.step);
     let (width, height) = (nodes(bounds.size().x, cell), nodes(bounds.size().y, cell));
     let heights: Vec<f64> = (0..width * height)
         .map(|i| terrain.height(bounds.min + dvec2((i % width) as f64, (i / width) as f64) * cell))
@@ -226,6 +310,16 @@ fn tin(
     gable_city_model::tin_from_grid(&name, &heights, width, height, cell, bounds.min, tolerance)
         .map(Some)
         .map_err(|e| context.failed(Stage::Write, &name, e))
+}
+
+/// Distance of the nodes of a written terrain: whole pixels, metres.
+fn terrain_cell(params: &Params, step: f64) -> f64 {
+    (params.segmentation.terrain_cell / step).round().max(1.0) * step
+}
+
+/// Where the ground is looked at for the terrain of a tile.
+pub(crate) fn terrain_window(params: &Params, core: GridWindow) -> GridWindow {
+    core.grown((terrain_cell(params, core.step) / core.step).ceil() as usize + 1)
 }
 
 /// Nodes along a side, at least two.

@@ -5,8 +5,11 @@ mod demo;
 mod eval;
 mod params;
 mod run;
+mod serve;
 mod synth;
+mod task;
 mod train;
+mod work;
 
 use crate::cli::{Cli, Command, ParamArgs};
 use crate::exit::{Outcome, UsageError};
@@ -24,6 +27,9 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Synth(args) => synth::run(args, cli.global.quiet),
         Command::Train(args) => train::run(args, cli.global.quiet),
         Command::Params(args) => params::run(args),
+        Command::Serve(args) => serve::run(args),
+        Command::Work(args) => work::run(args),
+        Command::Task(args) => task::run(args),
     }
 }
 

@@ -1,0 +1,189 @@
+//! From the labels of all patches to whole buildings, each given to the tile that owns it.
+
+use super::names::{GRID, LabelFile, SAMPLED, SPLIT, STITCHED, Sampled, Stitched, basis, tasks_file};
+use super::{Unit, UnitInput, UnitResult, UnitTask, given, terrain_file};
+use crate::failure::Failures;
+use crate::known::Known;
+use crate::params::{Method, Params};
+use crate::stages::sample::Piece;
+use crate::stages::split::Blocks;
+use crate::stages::{holes, model, prepare, sample, segment, stitch as stage, write};
+use crate::{PipelineError, Stage, artefact};
+use gable_ortho::GridWindow;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What the modelling of a tile has to be told.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct ModelDetail {
+    /// The pieces of the mosaic that its buildings see.
+    pub(super) pieces: Vec<Piece>,
+    /// The labels under its buildings.
+    pub(super) labels: Vec<LabelFile>,
+    /// The blocks whose meshes its buildings see, where the method looks at them.
+    pub(super) blocks: Vec<[u32; 2]>,
+    /// Whether the mesh has photographs.
+    pub(super) photographed: bool,
+}
+
+/// What the writing of a tile has to be told.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct WriteDetail {
+    /// The title of the city.
+    pub(super) title: String,
+}
+
+/// The blocks that failed up to the labelling, with their reasons.
+pub(super) fn failures(unit: &Unit<'_>, blocks: &Blocks, patches: &[GridWindow]) -> Failures {
+    let mut failures = Failures::default();
+    for (ix, iy) in blocks.with_data() {
+        if let Some(reason) = unit.failure(Stage::Sample, &format!("{ix}_{iy}")) {
+            failures.add([ix, iy], reason.to_owned());
+        }
+    }
+    for &patch in patches {
+        if let Some(reason) = unit.failure(Stage::Segment, &segment::name(patch)) {
+            failures.add_window(blocks, patch, reason);
+        }
+    }
+    failures
+}
+
+/// Reads: `split.json`, `sampled.json`, `labels/`. Makes: `labels/*.final.lab`, `buildings/`, `stitched.json`. Adds: the modelling
+/// of each tile that owns buildings, and the writing of each tile.
+pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
+    let (context, folder, params) = (unit.context, unit.folder, unit.context.params);
+    let step = params.sampling.step;
+    let blocks = Blocks { report: unit.read(SPLIT)?, folder: folder.join("blocks") };
+    let sampled: Sampled = unit.read(SAMPLED)?;
+    let patches = segment::patches(&sample::mosaic(context, sampled.pieces()), params.segmentation.patch);
+    let failures = failures(unit, &blocks, &patches);
+    let mut found = Vec::new();
+    for patch in patches {
+        let failed = unit.failure(Stage::Segment, &segment::name(patch));
+        found.push((
+            patch,
+            match failed {
+                Some(reason) => Err(reason.to_owned()),
+                None => Ok(segment::read_patch(context, patch)?.ok_or_else(|| {
+                    unit.failed(format!("the labels of patch {} are not whole", segment::name(patch)))
+                })?),
+            },
+        ));
+    }
+    let labelled = segment::gather(context, found);
+    let holes = holes::holes(context, &blocks, &labelled, &failures.blocks())?;
+    let known = params.segmentation.footprints.as_deref();
+    let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
+    let (tasks, labelled) = stage::stitch(context, labelled, blocks.frame(), known.as_ref())?;
+
+    let mut result = UnitResult::default();
+    let mut labels = Vec::new();
+    for tile in labelled.labels.tiles() {
+        let name = tile.path.strip_prefix(folder).unwrap_or(&tile.path).to_string_lossy().into_owned();
+        if name.ends_with(".final.lab") {
+            result.made.push(name.clone());
+        }
+        labels.push(LabelFile { file: name, window: tile.window });
+    }
+    artefact::create_dir(&folder.join("buildings"))?;
+    let owned = model::owned(&blocks, &tasks, step);
+    let city = City { unit, blocks: &blocks, sampled: &sampled, labels: &labels };
+    for (&(iy, ix), tasks) in &owned {
+        let name = format!("{ix}_{iy}");
+        let noted: Vec<_> = tasks.iter().map(|task| (*task, failures.note(&blocks, task.window(step)))).collect();
+        unit.write(&tasks_file(&name), &noted)?;
+        result.made.push(tasks_file(&name));
+        result.tasks.push(city.modelling(&name, tasks)?);
+    }
+    for (ix, iy) in blocks.with_data() {
+        result.tasks.push(city.writing(ix, iy, owned.contains_key(&(iy, ix)))?);
+    }
+    let holes = holes.iter().map(|h| (h.area, h.centre.to_array())).collect();
+    unit.write(STITCHED, &Stitched { holes, labels })?;
+    result.made.push(STITCHED.to_owned());
+    Ok(result)
+}
+
+/// What later units are cut from.
+struct City<'a> {
+    unit: &'a Unit<'a>,
+    blocks: &'a Blocks,
+    sampled: &'a Sampled,
+    labels: &'a [LabelFile],
+}
+
+impl City<'_> {
+    fn params(&self) -> &Params {
+        self.unit.job.params
+    }
+
+    fn modelling(&self, name: &str, tasks: &[&stage::Task]) -> Result<UnitTask, PipelineError> {
+        let step = self.params().sampling.step;
+        let mut pieces: BTreeMap<&str, &Piece> = BTreeMap::new();
+        let mut labels: BTreeMap<&str, &LabelFile> = BTreeMap::new();
+        // By row, then column: the order in which a run reads them.
+        let mut meshes: BTreeSet<(u32, u32)> = BTreeSet::new();
+        let mut terrain: BTreeSet<String> = BTreeSet::new();
+        for task in tasks {
+            let inner = task.window(step);
+            let window = model::seen_by(inner);
+            let raw = prepare::seen_by(window);
+            let sees = |p: &&Piece| !p.window(step).intersection(&raw).is_empty();
+            pieces.extend(self.sampled.pieces().filter(sees).map(|p| (p.file.as_str(), p)));
+            let under = |l: &&LabelFile| !l.window.intersection(&inner).is_empty();
+            labels.extend(self.labels.iter().filter(under).map(|l| (l.file.as_str(), l)));
+            terrain.extend(terrain_file::tiles(self.sampled.terrain, window));
+            if self.params().modeling.method == Method::Zhu2018 {
+                let near = |&(ix, iy): &(u32, u32)| {
+                    self.blocks.core(ix, iy).is_some_and(|c| c.bounds().intersects(&window.bounds()))
+                };
+                meshes.extend(self.blocks.with_data().into_iter().filter(near).map(|(ix, iy)| (iy, ix)));
+            }
+        }
+        let mut reads = vec![GRID.to_owned(), tasks_file(name)];
+        reads.extend(pieces.keys().map(|f| (*f).to_owned()));
+        reads.extend(labels.keys().map(|f| (*f).to_owned()));
+        reads.extend(meshes.iter().map(|(iy, ix)| super::names::block_file(&format!("{ix}_{iy}"))));
+        reads.extend(terrain);
+        reads.extend(given::reads(self.params(), &["footprints", "roofs"]));
+        let detail = ModelDetail {
+            pieces: pieces.into_values().cloned().collect(),
+            labels: labels.into_values().cloned().collect(),
+            blocks: meshes.into_iter().map(|(iy, ix)| [ix, iy]).collect(),
+            photographed: self.sampled.coloured,
+        };
+        self.task(Stage::Model, name, reads, &["sampling", "segmentation", "modeling", "validation"], &detail)
+    }
+
+    fn writing(&self, ix: u32, iy: u32, owns: bool) -> Result<UnitTask, PipelineError> {
+        let name = format!("{ix}_{iy}");
+        let mut reads = vec![GRID.to_owned()];
+        if owns {
+            reads.push(model::model_file(ix, iy));
+        }
+        if let Some(window) = self.blocks.core(ix, iy).filter(|_| self.params().output.terrain) {
+            reads.extend(terrain_file::tiles(self.sampled.terrain, write::terrain_window(self.params(), window)));
+        }
+        let groups = ["sampling", "segmentation", "output", "validation"];
+        self.task(Stage::Write, &name, reads, &groups, &WriteDetail { title: self.unit.title() })
+    }
+
+    fn task(
+        &self,
+        stage: Stage,
+        name: &str,
+        reads: Vec<String>,
+        groups: &[&str],
+        detail: &impl Serialize,
+    ) -> Result<UnitTask, PipelineError> {
+        let input = UnitInput {
+            reads,
+            reuse: true,
+            basis: basis(self.params(), groups),
+            detail: serde_json::to_value(detail).map_err(|e| self.unit.failed(e))?,
+            ..UnitInput::default()
+        };
+        Ok(UnitTask { stage, unit: name.to_owned(), input, required: false })
+    }
+}

@@ -1,0 +1,44 @@
+//! `gable serve`: the coordinator, and with `--all` workers beside it.
+
+use crate::cli::ServeArgs;
+use crate::exit::{Outcome, UsageError};
+use crate::{service, terminal};
+use anyhow::Context as _;
+use gable_coordinator::{Coordinator, Limits};
+
+/// Serves until it is stopped.
+pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
+    service::block_on(serve(args))?;
+    Ok(Outcome::Success)
+}
+
+async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
+    let mut stop = service::stop_signal()?;
+    let parts = service::open(&args.keep).await?;
+    if !args.listen.ip().is_loopback() && !parts.store.has_tokens().await? {
+        let text = format!("--listen {}: other machines would reach it, so make a token first", args.listen);
+        return Err(UsageError(text).into());
+    }
+    let listener = tokio::net::TcpListener::bind(args.listen)
+        .await
+        .map_err(|e| UsageError(format!("--listen {}: {e}", args.listen)))?;
+    let address = listener.local_addr()?;
+    let workers = if args.all { service::workers(&parts, &args.keep, &args.slots)? } else { Vec::new() };
+    let coordinator = Coordinator {
+        store: parts.store.clone(),
+        blobs: parts.blobs.clone(),
+        roots: parts.roots.clone(),
+        limits: Limits::default(),
+    };
+    // Programs that start the service read this line to learn the port.
+    terminal::stdout(&format!("listening on http://{address}"));
+    let working = service::work(workers, stop.clone());
+    let serving = async {
+        let stopped = async move {
+            let _ = stop.wait_for(|&s| s).await;
+        };
+        axum::serve(listener, gable_coordinator::router(coordinator)).with_graceful_shutdown(stopped).await
+    };
+    let (working, serving) = tokio::join!(working, serving);
+    working.and(serving.context("serving"))
+}

@@ -1,0 +1,157 @@
+//! What the commands of the service share: its database, its store, its workers, and how they stop.
+
+use crate::cli::{KeepArgs, SlotArgs};
+use crate::exit::UsageError;
+use anyhow::Context as _;
+use gable_job_store::{Blobs, Store};
+use gable_worker::{Limits, Settings, Worker};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+/// How long a service that is started before its database waits for it.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How often an idle worker looks for a task.
+const PACE: Duration = Duration::from_millis(250);
+
+/// Where jobs and artefacts are.
+#[derive(Clone, Debug)]
+pub(crate) struct Parts {
+    pub(crate) store: Store,
+    pub(crate) blobs: Blobs,
+    /// Absolute, without links.
+    pub(crate) roots: Vec<PathBuf>,
+}
+
+/// Opens database and store.
+pub(crate) async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
+    let folder = |path: &Path| {
+        std::fs::create_dir_all(path).with_context(|| format!("folder {}", path.display()))?;
+        path.canonicalize().with_context(|| format!("folder {}", path.display()))
+    };
+    let database = match &keep.database {
+        Some(address) => address.clone(),
+        None => format!("sqlite:{}", folder(&keep.data)?.join("jobs.db").display()),
+    };
+    let store = connect(&database).await?;
+    let blobs = match &keep.store {
+        Some(place) => open_blobs(place)?,
+        None => Blobs::in_folder(&folder(&keep.data)?.join("store"))?,
+    };
+    let given = if keep.source_roots.is_empty() { vec![PathBuf::from(".")] } else { keep.source_roots.clone() };
+    let roots = given.iter().map(|root| {
+        root.canonicalize().map_err(|e| UsageError(format!("--source-root {}: {e}", root.display())).into())
+    });
+    Ok(Parts { store, blobs, roots: roots.collect::<anyhow::Result<_>>()? })
+}
+
+/// The store of artefacts at a place that a user named.
+fn open_blobs(place: &str) -> anyhow::Result<Blobs> {
+    if place.contains("://") {
+        return Err(UsageError(format!("--store {place}: give a folder")).into());
+    }
+    Ok(Blobs::in_folder(Path::new(place))?)
+}
+
+/// A database that does not answer yet is waited for.
+async fn connect(address: &str) -> anyhow::Result<Store> {
+    let begin = tokio::time::Instant::now();
+    loop {
+        match Store::connect(address).await {
+            Err(e) if e.is_transient() && begin.elapsed() < PATIENCE => {
+                tracing::warn!("waiting for the database: {e}");
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
+            // The address may hold a password, so it is not told.
+            result => return result.context("the database cannot be opened"),
+        }
+    }
+}
+
+/// The workers of this process.
+pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyhow::Result<Vec<Worker>> {
+    let seconds = |name: &str, value: f64| match Duration::try_from_secs_f64(value) {
+        Ok(time) if time >= Duration::from_millis(1) => Ok(time),
+        _ => Err(UsageError(format!("--{name} {value}: give seconds above 0"))),
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = if slots.slots == 0 { cores } else { slots.slots };
+    let (lease, grace) = (seconds("lease", slots.lease)?, seconds("grace", slots.grace)?);
+    let limits = Limits { memory: slots.task_memory << 20, time: seconds("task-time", slots.task_time)? };
+    let host = host();
+    let folder = keep.data.join("work");
+    std::fs::create_dir_all(&folder).with_context(|| format!("folder {}", folder.display()))?;
+    let folder = folder.canonicalize()?;
+    let program = program(parts, cores, slots.task_memory)?;
+    (0..count)
+        .map(|slot| {
+            let id = format!("{host}-{}-{slot}-{}", std::process::id(), uuid::Uuid::now_v7().simple());
+            let settings = Settings {
+                id,
+                host: host.clone(),
+                program: program.clone(),
+                folder: folder.clone(),
+                cache: slots.cache << 20,
+                lease,
+                limits,
+                pace: PACE.min(lease / 3),
+                grace,
+            };
+            Ok(Worker::new(parts.store.clone(), parts.blobs.clone(), settings)?)
+        })
+        .collect()
+}
+
+/// The program that does one task: this one.
+fn program(parts: &Parts, cores: usize, memory: u64) -> anyhow::Result<Vec<OsString>> {
+    let mut program: Vec<OsString> = vec![std::env::current_exe()?.into(), "task".into()];
+    program.extend(["--threads".into(), cores.to_string().into(), "--memory".into(), memory.to_string().into()]);
+    for root in &parts.roots {
+        program.extend(["--source-root".into(), root.into()]);
+    }
+    Ok(program)
+}
+
+fn host() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    if name.trim().is_empty() { "host".to_owned() } else { name.trim().to_owned() }
+}
+
+/// Lets workers work until `stop`; the first that cannot work ends them all.
+pub(crate) async fn work(workers: Vec<Worker>, stop: watch::Receiver<bool>) -> anyhow::Result<()> {
+    let mut running = JoinSet::new();
+    for worker in workers {
+        let stop = stop.clone();
+        running.spawn(async move { worker.run(stop).await });
+    }
+    while let Some(ended) = running.join_next().await {
+        ended??;
+    }
+    Ok(())
+}
+
+/// Becomes true at SIGTERM and Ctrl-C; a second one ends the process at once.
+pub(crate) fn stop_signal() -> anyhow::Result<watch::Receiver<bool>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let (stop, stopped) = watch::channel(false);
+    let (mut term, mut int) = (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
+    tokio::spawn(async move {
+        for first in [true, false] {
+            tokio::select! { _ = term.recv() => {}, _ = int.recv() => {} }
+            if !first {
+                std::process::exit(130);
+            }
+            tracing::info!("stopping: tasks under way are being finished; once more to stop at once");
+            stop.send_replace(true);
+        }
+    });
+    Ok(stopped)
+}
+
+/// Runs a service to its end.
+pub(crate) fn block_on<F: Future<Output = anyhow::Result<()>>>(service: F) -> anyhow::Result<()> {
+    tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(service)
+}
