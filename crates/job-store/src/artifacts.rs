@@ -3,6 +3,7 @@
 use crate::database::Tx;
 use crate::{BlobId, JobStoreError, Store};
 use sqlx::Row;
+use sqlx::any::AnyRow;
 
 /// Something that a task made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,6 +14,19 @@ pub struct Artifact {
     pub blob: BlobId,
     /// Its size.
     pub bytes: u64,
+}
+
+/// One row if anything refers to the blob.
+const REFERENCES: &str = "SELECT path FROM artifact WHERE blob = $1 UNION ALL \
+                          SELECT path FROM city_file WHERE blob = $1 UNION ALL \
+                          SELECT path FROM outcome_artifact WHERE blob = $1 LIMIT 1";
+
+impl Artifact {
+    pub(crate) fn read(row: &AnyRow) -> Result<Self, JobStoreError> {
+        let blob: String = row.try_get("blob")?;
+        let blob = blob.parse().map_err(|()| JobStoreError::Stored { what: "blob", value: blob })?;
+        Ok(Self { path: row.try_get("path")?, blob, bytes: row.try_get::<i64, _>("bytes")? as u64 })
+    }
 }
 
 impl Store {
@@ -29,43 +43,39 @@ impl Store {
         .bind(prefix)
         .fetch_all(&self.pool)
         .await?;
-        rows.iter()
-            .map(|row| {
-                let blob: String = row.try_get("blob")?;
-                let blob = blob.parse().map_err(|()| JobStoreError::Stored { what: "blob", value: blob })?;
-                Ok(Artifact { path: row.try_get("path")?, blob, bytes: row.try_get::<i64, _>("bytes")? as u64 })
-            })
-            .collect()
+        rows.iter().map(Artifact::read).collect()
     }
 
-    /// Which of these blobs some job still refers to.
+    /// Whether a job, a generation of a city, or an outcome that may be taken over refers to a blob.
     ///
     /// # Errors
     /// If the database does not answer.
     pub async fn is_referenced(&self, blob: BlobId) -> Result<bool, JobStoreError> {
-        let row = sqlx::query("SELECT COUNT(*) AS uses FROM artifact WHERE blob = $1")
-            .bind(blob.to_string())
-            .fetch_one(&self.pool)
-            .await?;
-        Ok(row.try_get::<i64, _>("uses")? > 0)
+        Ok(sqlx::query(REFERENCES).bind(blob.to_string()).fetch_optional(&self.pool).await?.is_some())
     }
 
-    /// Adds artefacts; one with the same path is replaced.
+    pub(crate) async fn is_referenced_in(&self, tx: &mut Tx, blob: BlobId) -> Result<bool, JobStoreError> {
+        Ok(sqlx::query(REFERENCES).bind(blob.to_string()).fetch_optional(&mut **tx).await?.is_some())
+    }
+
+    /// Adds what a task of a stage made; an artefact with the same path is replaced.
     pub(crate) async fn add_artifacts(
         &self,
         tx: &mut Tx,
         job: &str,
+        stage: i64,
         artifacts: &[Artifact],
     ) -> Result<(), JobStoreError> {
         for artifact in artifacts {
             sqlx::query(
-                "INSERT INTO artifact (job, path, blob, bytes) VALUES ($1, $2, $3, $4) \
-                 ON CONFLICT (job, path) DO UPDATE SET blob = excluded.blob, bytes = excluded.bytes",
+                "INSERT INTO artifact (job, path, blob, bytes, stage) VALUES ($1, $2, $3, $4, $5) \
+                 ON CONFLICT (job, path) DO UPDATE SET blob = excluded.blob, bytes = excluded.bytes, stage = excluded.stage",
             )
             .bind(job)
             .bind(&artifact.path)
             .bind(artifact.blob.to_string())
             .bind(artifact.bytes as i64)
+            .bind(stage)
             .execute(&mut **tx)
             .await?;
         }

@@ -6,7 +6,7 @@
 
 use crate::database::Tx;
 use crate::events::About;
-use crate::{Artifact, EventKind, JobState, JobStoreError, NewTask, Store};
+use crate::{Artifact, EventKind, JobState, JobStoreError, NewTask, Publication, Store};
 use sqlx::Row;
 use std::time::Duration;
 
@@ -15,6 +15,8 @@ use std::time::Duration;
 pub struct Claim {
     /// Id of the job.
     pub job: String,
+    /// The city that the job makes or refreshes.
+    pub city: String,
     /// What the job is to do, as JSON.
     pub request: String,
     /// Stage of the task.
@@ -54,7 +56,7 @@ pub enum Retry {
 }
 
 /// What a finished task leaves.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Finished {
     /// What it made.
     pub artifacts: Vec<Artifact>,
@@ -62,6 +64,11 @@ pub struct Finished {
     pub tasks: Vec<NewTask>,
     /// Whether the result was taken over from an earlier run.
     pub reused: bool,
+    /// Hash of all that the result depends on, so that later jobs of the city can take it over; none for a result that
+    /// depends on more than can be hashed.
+    pub key: Option<String>,
+    /// The finished city, to be published with the end of the task.
+    pub publication: Option<Publication>,
 }
 
 impl Store {
@@ -106,6 +113,7 @@ impl Store {
         };
         let claim = Claim {
             job: job.id,
+            city: job.city,
             request: job.request,
             stage: job.stage,
             unit: row.try_get("unit")?,
@@ -149,6 +157,7 @@ impl Store {
     /// # Errors
     /// [`JobStoreError::Lost`] if the task is no longer the worker's; then nothing is changed. If the call was cut off, it may
     /// be repeated: [`JobStoreError::Lost`] then also means that the first one was carried out.
+    /// [`JobStoreError::NoOutcome`] if what it takes over is not kept any more: the task has to be done after all.
     pub async fn finish(&self, claim: &Claim, result: &Finished) -> Result<(), JobStoreError> {
         if let Some(early) = result.tasks.iter().find(|t| t.stage <= claim.stage) {
             let (unit, stage, added) = (claim.unit.clone(), claim.stage, early.stage);
@@ -159,8 +168,16 @@ impl Store {
         self.about(&mut tx, claim, kind, None).await?;
         let state = if result.reused { "reused" } else { "done" };
         self.leave(&mut tx, claim, state, None).await?;
-        self.add_artifacts(&mut tx, &claim.job, &result.artifacts).await?;
-        self.add_tasks(&mut tx, &claim.job, &result.tasks).await?;
+        self.add_artifacts(&mut tx, &claim.job, claim.stage, &result.artifacts).await?;
+        self.add_tasks(&mut tx, &claim.job, claim.stage, &result.tasks).await?;
+        if let Some(key) = &result.key
+            && !self.keep_outcome(&mut tx, &claim.city, key, result).await?
+        {
+            return Err(JobStoreError::NoOutcome { unit: claim.unit.clone(), key: key.clone() });
+        }
+        if let Some(publication) = &result.publication {
+            self.publish(&mut tx, &claim.job, publication).await?;
+        }
         self.advance(&mut tx, &claim.job).await?;
         Ok(tx.commit().await?)
     }
@@ -172,7 +189,7 @@ impl Store {
     pub async fn fail(&self, claim: &Claim, reason: &str, retry: Retry) -> Result<(), JobStoreError> {
         let mut tx = self.begin().await?;
         self.lock(&mut tx, &claim.job).await?;
-        self.give_up(&mut tx, claim, reason, retry).await?;
+        self.give_up(&mut tx, claim, reason, retry, false).await?;
         Ok(tx.commit().await?)
     }
 
@@ -204,6 +221,7 @@ impl Store {
         for row in expired {
             let claim = Claim {
                 job: row.try_get("job")?,
+                city: String::new(),
                 request: String::new(),
                 stage: row.try_get("stage")?,
                 unit: row.try_get("unit")?,
@@ -214,37 +232,40 @@ impl Store {
             let worker: Option<String> = row.try_get("worker")?;
             let mut tx = self.begin().await?;
             self.lock(&mut tx, &claim.job).await?;
-            // A heartbeat may have come since.
-            let statement = "SELECT COUNT(*) AS tasks FROM task WHERE job = $1 AND stage = $2 AND unit = $3 AND fence = $4 \
-                             AND state = 'running' AND lease_until < {now}";
-            let still: i64 = sqlx::query(self.sql(statement))
-                .bind(&claim.job)
-                .bind(claim.stage)
-                .bind(&claim.unit)
-                .bind(claim.fence)
-                .fetch_one(&mut *tx)
-                .await?
-                .try_get("tasks")?;
-            if still == 1 {
-                let reason = format!("worker {} fell silent", worker.as_deref().unwrap_or("?"));
-                self.give_up(&mut tx, &claim, &reason, Retry::After(Duration::ZERO)).await?;
-                tx.commit().await?;
-                taken += 1;
+            let reason = format!("worker {} fell silent", worker.as_deref().unwrap_or("?"));
+            match self.give_up(&mut tx, &claim, &reason, Retry::After(Duration::ZERO), true).await {
+                Ok(()) => {
+                    tx.commit().await?;
+                    taken += 1;
+                }
+                // A heartbeat has come since, or someone else was quicker.
+                Err(JobStoreError::Lost { .. }) => {}
+                Err(e) => return Err(e),
             }
         }
         Ok(taken)
     }
 
-    async fn give_up(&self, tx: &mut Tx, claim: &Claim, reason: &str, retry: Retry) -> Result<(), JobStoreError> {
-        let row = sqlx::query(
-            "SELECT required, max_attempts, attempts FROM task WHERE job = $1 AND stage = $2 AND unit = $3",
-        )
-        .bind(&claim.job)
-        .bind(claim.stage)
-        .bind(&claim.unit)
-        .fetch_optional(&mut **tx)
-        .await?
-        .ok_or_else(|| claim.lost())?;
+    /// Ends a hold without a result; with `expired`, only if its lease has run out.
+    async fn give_up(
+        &self,
+        tx: &mut Tx,
+        claim: &Claim,
+        reason: &str,
+        retry: Retry,
+        expired: bool,
+    ) -> Result<(), JobStoreError> {
+        let statement = "SELECT required, max_attempts, attempts FROM task WHERE job = $1 AND stage = $2 AND unit = $3 \
+                         AND fence = $4 AND state = 'running' AND ($5 = 0 OR lease_until < {now})";
+        let row = sqlx::query(self.sql(statement))
+            .bind(&claim.job)
+            .bind(claim.stage)
+            .bind(&claim.unit)
+            .bind(claim.fence)
+            .bind(i64::from(expired))
+            .fetch_optional(&mut **tx)
+            .await?
+            .ok_or_else(|| claim.lost())?;
         let (required, most, attempts): (i64, i64, i64) =
             (row.try_get("required")?, row.try_get("max_attempts")?, row.try_get("attempts")?);
         if let (Retry::After(pause), true) = (retry, attempts < most) {

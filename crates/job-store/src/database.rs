@@ -103,6 +103,11 @@ impl Store {
         AssertSqlSafe(statement.replace("{now}", self.dialect.now()).replace("{job}", crate::Job::COLUMNS))
     }
 
+    /// The database's clock in a statement.
+    pub(crate) fn now(&self) -> &'static str {
+        self.dialect.now()
+    }
+
     /// A transaction that will write.
     pub(crate) async fn begin(&self) -> Result<Tx, JobStoreError> {
         Ok(self.pool.begin_with(self.dialect.begin()).await?)

@@ -49,6 +49,14 @@ pub enum JobStoreError {
         /// Stage of what it adds.
         added: i64,
     },
+    /// A result that was to be taken over was forgotten in the meantime.
+    #[error("the outcome {key} that task {unit} takes over is not kept any more")]
+    NoOutcome {
+        /// Unit of the task.
+        unit: String,
+        /// Key of the outcome.
+        key: String,
+    },
     /// What is stored is not what this version writes.
     #[error("{what} in the database cannot be read: {value:?}")]
     Stored {

@@ -28,10 +28,14 @@ pub enum EventKind {
     Failed,
     /// The job's priority changed.
     Priority,
+    /// What the job made is its city's new generation; the message says which.
+    Published,
+    /// What the job made did not become a generation of its city; the message says why.
+    Withheld,
 }
 
 impl EventKind {
-    const ALL: [(Self, &'static str); 9] = [
+    const ALL: [(Self, &'static str); 11] = [
         (Self::Submitted, "submitted"),
         (Self::State, "state"),
         (Self::Stage, "stage"),
@@ -41,6 +45,8 @@ impl EventKind {
         (Self::Retry, "retry"),
         (Self::Failed, "failed"),
         (Self::Priority, "priority"),
+        (Self::Published, "published"),
+        (Self::Withheld, "withheld"),
     ];
 
     /// The name under which it is stored and shown.

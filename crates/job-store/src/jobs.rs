@@ -182,7 +182,7 @@ impl Store {
             return Ok(Submitted { id: earlier, new: false });
         }
         self.note(&mut tx, &id, EventKind::Submitted, About { message: Some(&new.owner), ..About::default() }).await?;
-        self.add_tasks(&mut tx, &id, &new.tasks).await?;
+        self.add_tasks(&mut tx, &id, -1, &new.tasks).await?;
         if new.tasks.is_empty() {
             self.advance(&mut tx, &id).await?;
         }
@@ -279,7 +279,7 @@ impl Store {
     }
 
     /// Does the failed tasks of a job that is over again, and all of the stages after the first of them, whose results
-    /// depend on them.
+    /// depend on them. What tasks of those stages had added or made is gone: they add and make it anew.
     ///
     /// # Errors
     /// If the job is not over or was cancelled, or nothing failed.
@@ -295,6 +295,12 @@ impl Store {
         let (JobState::Partial | JobState::Failed, Some(stage)) = (job.state, first) else {
             return Err(not_possible(&job, "to retry what failed"));
         };
+        sqlx::query("DELETE FROM task WHERE job = $1 AND origin > $2").bind(id).bind(stage).execute(&mut *tx).await?;
+        sqlx::query("DELETE FROM artifact WHERE job = $1 AND stage > $2")
+            .bind(id)
+            .bind(stage)
+            .execute(&mut *tx)
+            .await?;
         sqlx::query(
             "UPDATE task SET state = 'ready', attempts = 0, not_before = 0, reason = NULL, phase = NULL, worker = NULL, \
              lease_until = NULL, started = NULL, finished = NULL \

@@ -2,11 +2,14 @@
 
 mod artifacts;
 mod blobs;
+mod cities;
 mod claims;
+mod collect;
 mod database;
 mod error;
 mod events;
 mod jobs;
+mod outcomes;
 mod stages;
 mod tasks;
 mod tokens;
@@ -14,7 +17,9 @@ mod workers;
 
 pub use artifacts::Artifact;
 pub use blobs::{BlobId, Blobs};
+pub use cities::{BuildingFilter, Change, ChangeKind, City, CityBuilding, Generation, Publication};
 pub use claims::{Claim, Finished, Order, Retry};
+pub use collect::Collected;
 pub use database::Store;
 pub use error::JobStoreError;
 pub use events::{Event, EventKind};

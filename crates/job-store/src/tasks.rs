@@ -48,7 +48,7 @@ impl TaskState {
 }
 
 /// A task to be added to a job.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NewTask {
     /// Tasks of a stage begin when no task of an earlier one is left.
     pub stage: i64,
@@ -134,12 +134,19 @@ impl Store {
             .collect()
     }
 
-    /// Adds tasks to a job that is locked. A task that is there already stays as it is.
-    pub(crate) async fn add_tasks(&self, tx: &mut Tx, job: &str, tasks: &[NewTask]) -> Result<(), JobStoreError> {
+    /// Adds tasks to a job that is locked; `origin` is the stage of the task that adds them, -1 for the submission. A task
+    /// that is there already stays as it is.
+    pub(crate) async fn add_tasks(
+        &self,
+        tx: &mut Tx,
+        job: &str,
+        origin: i64,
+        tasks: &[NewTask],
+    ) -> Result<(), JobStoreError> {
         for task in tasks {
             sqlx::query(
-                "INSERT INTO task (job, stage, unit, input, required, state, attempts, max_attempts, fence, not_before) \
-                 VALUES ($1, $2, $3, $4, $5, 'ready', 0, $6, 0, 0) ON CONFLICT (job, stage, unit) DO NOTHING",
+                "INSERT INTO task (job, stage, unit, input, required, state, attempts, max_attempts, fence, not_before, origin) \
+                 VALUES ($1, $2, $3, $4, $5, 'ready', 0, $6, 0, 0, $7) ON CONFLICT (job, stage, unit) DO NOTHING",
             )
             .bind(job)
             .bind(task.stage)
@@ -147,6 +154,7 @@ impl Store {
             .bind(&task.input)
             .bind(i64::from(task.required))
             .bind(task.max_attempts)
+            .bind(origin)
             .execute(&mut **tx)
             .await?;
         }

@@ -95,7 +95,9 @@ impl Around<'_> {
             Ended::Well(report) => {
                 self.say("handing in");
                 match self.keep(&report, folder.path()).await {
-                    Ok(artifacts) => Made::Result(Finished { artifacts, tasks: additions(report), reused: false }),
+                    Ok(artifacts) => {
+                        Made::Result(Finished { artifacts, tasks: additions(report), ..Finished::default() })
+                    }
                     Err(e) => Made::Failed(format!("keeping its result: {e}")),
                 }
             }

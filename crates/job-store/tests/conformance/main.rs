@@ -1,5 +1,6 @@
 //! What every database must do. The suite runs on SQLite, and on Postgres where its programs are installed.
 
+mod cities;
 mod postgres;
 mod suite;
 
@@ -12,13 +13,13 @@ async fn on_sqlite() -> (tempfile::TempDir, Store) {
 }
 
 macro_rules! conformance {
-    ($($name:ident),* $(,)?) => {
+    ($($part:ident::$name:ident),* $(,)?) => {
         mod sqlite {
             $(
                 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
                 async fn $name() {
                     let (_folder, store) = super::on_sqlite().await;
-                    super::suite::$name(&store).await;
+                    super::$part::$name(&store).await;
                 }
             )*
         }
@@ -29,7 +30,7 @@ macro_rules! conformance {
                 async fn $name() {
                     let Some(address) = super::postgres::database(stringify!($name)) else { return };
                     let store = gable_job_store::Store::connect(&address).await.expect("Postgres opens");
-                    super::suite::$name(&store).await;
+                    super::$part::$name(&store).await;
                     store.close().await;
                 }
             )*
@@ -38,21 +39,26 @@ macro_rules! conformance {
 }
 
 conformance!(
-    a_job_goes_through_its_stages,
-    a_repeated_submission_is_the_same_job,
-    higher_priority_first_then_older,
-    pause_cancel_and_retry,
-    a_late_result_is_refused,
-    a_silent_worker_loses_its_task,
-    a_task_that_always_fails_makes_the_job_partial,
-    a_required_task_that_fails_ends_the_job,
-    a_task_handed_back_loses_no_attempt,
-    many_workers_do_each_task_once,
-    random_deaths_change_nothing,
-    events_have_no_gaps,
-    lists_are_paged,
-    artefacts_are_found_by_prefix,
-    workers_are_seen,
-    tokens_open_and_end,
-    wrong_requests_are_refused,
+    suite::a_job_goes_through_its_stages,
+    suite::a_repeated_submission_is_the_same_job,
+    suite::higher_priority_first_then_older,
+    suite::pause_cancel_and_retry,
+    suite::a_late_result_is_refused,
+    suite::a_silent_worker_loses_its_task,
+    suite::a_task_that_always_fails_makes_the_job_partial,
+    suite::a_required_task_that_fails_ends_the_job,
+    suite::a_task_handed_back_loses_no_attempt,
+    suite::many_workers_do_each_task_once,
+    suite::random_deaths_change_nothing,
+    suite::events_have_no_gaps,
+    suite::lists_are_paged,
+    suite::artefacts_are_found_by_prefix,
+    suite::workers_are_seen,
+    suite::tokens_open_and_end,
+    suite::wrong_requests_are_refused,
+    cities::generations_hold_what_was_published,
+    cities::readers_never_get_less_than_they_had,
+    cities::outcomes_are_taken_over,
+    cities::a_retry_begins_with_what_failed,
+    cities::only_what_nothing_refers_to_is_removed,
 );

@@ -10,7 +10,7 @@ use std::time::Duration;
 const LEASE: Duration = Duration::from_secs(30);
 const SHORT: Duration = Duration::from_millis(40);
 
-fn task(stage: i64, unit: &str) -> NewTask {
+pub(crate) fn task(stage: i64, unit: &str) -> NewTask {
     NewTask {
         stage,
         unit: unit.to_owned(),
@@ -20,7 +20,7 @@ fn task(stage: i64, unit: &str) -> NewTask {
     }
 }
 
-fn job(city: &str, tasks: Vec<NewTask>) -> NewJob {
+pub(crate) fn job(city: &str, tasks: Vec<NewTask>) -> NewJob {
     NewJob {
         city: city.to_owned(),
         owner: "ann".to_owned(),
@@ -31,25 +31,25 @@ fn job(city: &str, tasks: Vec<NewTask>) -> NewJob {
     }
 }
 
-async fn submit(store: &Store, new: &NewJob) -> String {
+pub(crate) async fn submit(store: &Store, new: &NewJob) -> String {
     let submitted = store.submit(new).await.expect("submitted");
     assert!(submitted.new);
     submitted.id
 }
 
-async fn claim(store: &Store, worker: &str) -> Claim {
+pub(crate) async fn claim(store: &Store, worker: &str) -> Claim {
     store.claim(worker, LEASE).await.expect("claims").expect("a task is ready")
 }
 
-async fn finish(store: &Store, claim: &Claim) {
+pub(crate) async fn finish(store: &Store, claim: &Claim) {
     store.finish(claim, &Finished::default()).await.expect("finishes");
 }
 
-async fn state(store: &Store, id: &str) -> JobState {
+pub(crate) async fn state(store: &Store, id: &str) -> JobState {
     store.job(id).await.expect("the job").state
 }
 
-async fn nothing_to_do(store: &Store) -> bool {
+pub(crate) async fn nothing_to_do(store: &Store) -> bool {
     store.claim("w", LEASE).await.expect("claims").is_none()
 }
 
@@ -150,7 +150,7 @@ pub(crate) async fn a_late_result_is_refused(store: &Store) {
     let second = claim(store, "second").await;
     assert_eq!((second.attempt, second.fence), (2, frozen.fence + 1));
     let made = |name: &[u8]| Artifact { path: "a".to_owned(), blob: BlobId::of(name), bytes: 1 };
-    let late = Finished { artifacts: vec![made(b"late")], tasks: vec![task(1, "late")], reused: false };
+    let late = Finished { artifacts: vec![made(b"late")], tasks: vec![task(1, "late")], ..Finished::default() };
     assert!(matches!(store.finish(&frozen, &late).await, Err(JobStoreError::Lost { .. })));
     assert_eq!(store.heartbeat(&frozen, LEASE, "").await.expect("beats"), Order::Stop);
     assert!(matches!(store.fail(&frozen, "late", Retry::Never).await, Err(JobStoreError::Lost { .. })));
@@ -278,7 +278,7 @@ pub(crate) async fn random_deaths_change_nothing(store: &Store) {
             bytes: held.attempt as u64,
         }],
         tasks: if held.stage == 0 { units.clone() } else { Vec::new() },
-        reused: false,
+        ..Finished::default()
     };
     let mut frozen: Vec<Claim> = Vec::new();
     let mut winners = BTreeMap::new();
