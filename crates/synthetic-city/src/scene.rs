@@ -1,23 +1,32 @@
 //! The scene that is sensed: ground, buildings with known solids, trees and clutter.
 
+mod builder;
 pub(crate) mod building;
 pub(crate) mod case;
+mod closed;
+mod cover_map;
 mod details;
 mod envelope;
 pub(crate) mod from_truth;
+mod gardens;
 mod house;
 mod layout;
 pub(crate) mod objects;
+mod plot;
 pub(crate) mod primitive;
+mod quarters;
 pub(crate) mod relief;
 pub(crate) mod solid;
+mod streets;
+mod surroundings;
 
 pub(crate) use layout::town;
 
 use crate::bins::Bins;
 use building::SceneBuilding;
+use cover_map::CoverMap;
 use gable_geometry::{Box2, DVec2};
-use objects::{Clutter, Patch, Tree};
+use objects::{Clutter, Cover, Patch, Tree};
 use relief::Relief;
 
 /// A city with everything known.
@@ -36,6 +45,8 @@ pub struct Scene {
     pub clutter: Vec<Clutter>,
     /// Ground cover, later over earlier.
     pub patches: Vec<Patch>,
+    /// What covers the ground where no patch does; lawn if there is no map.
+    covers: Option<CoverMap>,
     bins: [Bins; 4],
 }
 
@@ -48,15 +59,16 @@ impl Scene {
         trees: Vec<Tree>,
         clutter: Vec<Clutter>,
         patches: Vec<Patch>,
+        covers: Option<CoverMap>,
     ) -> Self {
         let boxes = |list: Vec<Box2>| Bins::new(&list);
         let bins = [
             boxes(buildings.iter().map(|b| b.bounds.grown(1.0)).collect()),
-            boxes(trees.iter().map(|t| Box2 { min: t.place, max: t.place }.grown(1.2 * t.radius)).collect()),
+            boxes(trees.iter().map(|t| Box2 { min: t.place, max: t.place }.grown(t.reach())).collect()),
             boxes(clutter.iter().map(|c| Box2::of(c.plan.ring())).collect()),
             boxes(patches.iter().map(|p| Box2::of(p.plan.ring())).collect()),
         ];
-        Self { seed, extent, relief, buildings, trees, clutter, patches, bins }
+        Self { seed, extent, relief, buildings, trees, clutter, patches, covers, bins }
     }
 
     /// Indices of the buildings whose surroundings (1 m) touch a box, ascending.
@@ -74,6 +86,11 @@ impl Scene {
 
     pub(crate) fn patches_in(&self, window: &Box2) -> Vec<usize> {
         self.bins[3].touching(window)
+    }
+
+    /// What covers the ground at a place if no patch does.
+    pub(crate) fn cover(&self, p: DVec2) -> Cover {
+        self.covers.as_ref().map_or(Cover::Grass, |map| map.cover(p))
     }
 
     /// Bare ground, or the surface of water, at a place, metres.

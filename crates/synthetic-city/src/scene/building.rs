@@ -50,6 +50,8 @@ pub struct RoofFace {
     pub polygon: Polygon,
     /// Its plane.
     pub plane: Plane,
+    /// Middle of its corners.
+    pub middle: DVec2,
 }
 
 /// An edge of the roof beyond which there is no more roof of the building.
@@ -202,7 +204,7 @@ pub(crate) fn roof_faces(shell: &Shell) -> Vec<RoofFace> {
             outer: outer.iter().map(|p| p.truncate()).collect(),
             holes: rings.map(|r| r.iter().map(|p| p.truncate()).collect()).collect(),
         };
-        out.push(RoofFace { polygon, plane });
+        out.push(RoofFace { polygon, plane, middle: mean.truncate() });
     }
     out
 }

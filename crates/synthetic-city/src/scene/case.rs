@@ -1,8 +1,8 @@
 //! Small scenes with one roof each, for tests.
 
 use super::Scene;
+use super::builder::Builder;
 use super::house::{Form, axis, part, primitives, row_units};
-use super::layout::Builder;
 use super::objects::{Cover, Species, Tree};
 use super::primitive::Oblong;
 use gable_geometry::{Box2, Counter, DVec2, dvec2};

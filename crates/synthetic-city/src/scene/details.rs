@@ -21,10 +21,14 @@ pub(crate) fn style(flat: bool, c: &mut Counter) -> Style {
         }
     } else {
         match draw {
-            d if d < 0.62 => (Covering::Tiles, [158.0, 84.0, 58.0]),
-            d if d < 0.74 => (Covering::Tiles, [112.0, 72.0, 56.0]),
-            d if d < 0.9 => (Covering::Slate, [84.0, 86.0, 92.0]),
+            d if d < 0.3 => (Covering::Tiles, [150.0, 84.0, 60.0]),
+            d if d < 0.44 => (Covering::Tiles, [128.0, 84.0, 66.0]),
+            d if d < 0.58 => (Covering::Tiles, [104.0, 74.0, 60.0]),
+            d if d < 0.7 => (Covering::Tiles, [88.0, 82.0, 76.0]),
+            d if d < 0.8 => (Covering::Tiles, [76.0, 78.0, 82.0]),
+            d if d < 0.91 => (Covering::Slate, [84.0, 86.0, 92.0]),
             d if d < 0.94 => (Covering::Green, [96.0, 112.0, 62.0]),
+            d if d < 0.97 => (Covering::Metal, [150.0, 152.0, 154.0]),
             _ => (Covering::Metal, [120.0, 150.0, 138.0]),
         }
     };
@@ -34,6 +38,10 @@ pub(crate) fn style(flat: bool, c: &mut Counter) -> Style {
         [196.0, 164.0, 128.0],
         [164.0, 96.0, 76.0],
         [200.0, 190.0, 140.0],
+        [142.0, 84.0, 66.0],
+        [176.0, 128.0, 100.0],
+        [150.0, 150.0, 150.0],
+        [186.0, 176.0, 164.0],
     ];
     let facade = facades[c.index(facades.len())];
     Style {
@@ -45,6 +53,12 @@ pub(crate) fn style(flat: bool, c: &mut Counter) -> Style {
         storey: c.range(2.8, 3.4),
         bay: c.range(2.0, 3.2),
     }
+}
+
+/// The style of the next house of a row: the same materials, colours a little older or newer.
+pub(crate) fn alike(first: &Style, c: &mut Counter) -> Style {
+    let (roof, facade) = (c.range(0.92, 1.08) as f32, c.range(0.94, 1.06) as f32);
+    Style { roof: first.roof.map(|x| x * roof), facade: first.facade.map(|x| x * facade), ..first.clone() }
 }
 
 /// Clutter on and at a building.

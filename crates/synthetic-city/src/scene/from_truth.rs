@@ -1,11 +1,11 @@
 //! A scene from a city model: its LOD2 buildings on other ground, repeated if wanted.
 
 use super::Scene;
+use super::builder::Builder;
 use super::building::{RoofFace, SceneBuilding, attributes, roof_faces};
+use super::cover_map::{CoverMap, Placement};
 use super::details::{details, style};
-use super::layout::Builder;
-use super::objects::Cover;
-use super::primitive::Oblong;
+use super::surroundings::surroundings;
 use crate::error::SynthError;
 use gable_city_model::{Building, CityModel, Lods, Shell};
 use gable_geometry::{Box2, Counter, DVec2, DVec3, dvec2};
@@ -15,11 +15,9 @@ const BORDER: f64 = 20.0;
 
 /// How a copy of the city lies.
 struct Copy {
-    turn: usize,
-    mirror: bool,
+    placement: Placement,
     /// Factor of heights above the eave.
     steepness: f64,
-    shift: DVec2,
 }
 
 /// Builds the scene: `repeat` × `repeat` copies of the model.
@@ -38,17 +36,18 @@ pub(crate) fn scene(model: &CityModel, repeat: u32, seed: u64, slope: f64) -> Re
         DVec2::splat(side * f64::from(repeat))
     };
     let mut builder = Builder::new(seed, Box2 { min: DVec2::ZERO, max: size }, slope);
-    builder
-        .patch(Cover::Asphalt, Oblong { centre: size / 2.0, axis: DVec2::X, half_length: size.x, half_width: size.y });
+    let mut placements = Vec::new();
     for n in 0..repeat * repeat {
         let (i, j) = (n % repeat, n / repeat);
         let mut c = Counter::keyed(seed, &[20, i64::from(n)]);
         let shift = if repeat == 1 { size / 2.0 } else { (dvec2(f64::from(i), f64::from(j)) + 0.5) * side };
         let copy = if n == 0 {
-            Copy { turn: 0, mirror: false, steepness: 1.0, shift }
+            Copy { placement: Placement { turn: 0, mirror: false, shift }, steepness: 1.0 }
         } else {
-            Copy { turn: c.index(4), mirror: c.unit() < 0.5, steepness: c.range(0.9, 1.1), shift }
+            let placement = Placement { turn: c.index(4), mirror: c.unit() < 0.5, shift };
+            Copy { placement, steepness: c.range(0.9, 1.1) }
         };
+        placements.push(copy.placement);
         for building in &usable {
             let id = if n == 0 { building.id.clone() } else { format!("{}-copy{n}", building.id) };
             place(&mut builder, building, id, &copy, centre, &mut c);
@@ -57,27 +56,29 @@ pub(crate) fn scene(model: &CityModel, repeat: u32, seed: u64, slope: f64) -> Re
     if builder.buildings.is_empty() {
         return Err(SynthError::EmptyTruth);
     }
+    let plans: Vec<Vec<DVec2>> = usable.iter().flat_map(|b| plans(b, centre)).collect();
+    let place_side = if repeat == 1 { f64::INFINITY } else { side };
+    builder.covers = Some(CoverMap::new(&plans, seed, place_side, placements));
     surroundings(&mut builder);
     Ok(builder.finish())
 }
 
+/// Plans of the roofs of a building relative to the centre of the model.
+fn plans(building: &Building, centre: DVec2) -> Vec<Vec<DVec2>> {
+    let roofs = building.lods.lod2.iter().flat_map(roof_faces);
+    roofs.map(|f| f.polygon.outer.iter().map(|p| *p - centre).collect()).collect()
+}
+
 impl Copy {
     fn apply(&self, p: DVec3, centre: DVec2) -> DVec3 {
-        let mut q = p.truncate() - centre;
-        if self.mirror {
-            q.x = -q.x;
-        }
-        for _ in 0..self.turn {
-            q = q.perp();
-        }
-        (q + self.shift).extend(p.z)
+        self.placement.apply(p.truncate() - centre).extend(p.z)
     }
 
     /// A mirrored shell has its rings turned about, so that they still face outside.
     fn shell(&self, shell: &Shell, centre: DVec2, height: &dyn Fn(f64) -> f64) -> Shell {
         let vertices = shell.vertices.iter().map(|v| self.apply(DVec3::new(v.x, v.y, height(v.z)), centre)).collect();
         let mut faces = shell.faces.clone();
-        if self.mirror {
+        if self.placement.mirror {
             faces.iter_mut().flat_map(|f| &mut f.rings).for_each(|r| r.reverse());
         }
         Shell { vertices, faces }
@@ -117,56 +118,4 @@ fn place(builder: &mut Builder, building: &Building, id: String, copy: &Copy, ce
     let made = SceneBuilding::from_truth(truth, ground, roof, look, c.bits());
     details(&made, c, &mut builder.clutter);
     builder.buildings.push(made);
-}
-
-/// Gardens around the buildings, trees and cars between them.
-fn surroundings(builder: &mut Builder) {
-    let mut c = Counter::keyed(builder.seed, &[21]);
-    let extent = builder.extent;
-    let probe =
-        Scene::new(0, extent, builder.relief.clone(), std::mem::take(&mut builder.buildings), vec![], vec![], vec![]);
-    for b in &probe.buildings {
-        let area: f64 = b.roof.iter().map(|f| f.polygon.area()).sum();
-        let Some(rim) = b.rims.iter().max_by(|x, y| x.from.distance(x.to).total_cmp(&y.from.distance(y.to))) else {
-            continue;
-        };
-        let axis = (rim.to - rim.from).normalize_or(DVec2::X);
-        let centre = (b.bounds.min + b.bounds.max) / 2.0;
-        let reach = (area.sqrt() / 2.0).max(2.0);
-        let cover = [Cover::Grass, Cover::Grass, Cover::Yard, Cover::Pavement][c.index(4)];
-        let garden = Oblong { centre, axis, half_length: reach + 4.0, half_width: reach + 6.0 };
-        builder.patch(cover, garden);
-    }
-    let spots = (extent.size().x * extent.size().y / 260.0) as usize;
-    for _ in 0..spots {
-        let p = extent.min + extent.size() * dvec2(c.unit(), c.unit());
-        let around = [dvec2(1.0, 0.0), dvec2(-1.0, 0.0), dvec2(0.0, 1.0), dvec2(0.0, -1.0)];
-        if around.iter().any(|d| probe.building_at(p + *d).is_some()) {
-            continue;
-        }
-        if c.unit() < 0.6 {
-            builder.tree(p, &mut c);
-        } else {
-            builder.cars(p, p + DVec2::from_angle(c.range(0.0, 6.3)) * 5.0, 5.0, 1.0, false, &mut c);
-        }
-    }
-    ponds(builder, &probe);
-    builder.buildings = probe.buildings;
-    super::layout::nothing_in_water(builder);
-}
-
-/// Ponds where nothing is built: one try for each 10,000 m².
-fn ponds(builder: &mut Builder, probe: &Scene) {
-    let mut c = Counter::keyed(builder.seed, &[22]);
-    let extent = builder.extent;
-    for _ in 0..(extent.size().x * extent.size().y / 10_000.0) as usize {
-        let centre = extent.min + extent.size() * dvec2(c.unit(), c.unit());
-        let axis = DVec2::from_angle(c.range(0.0, 3.2));
-        let plan = Oblong { centre, axis, half_length: c.range(5.0, 14.0), half_width: c.range(4.0, 8.0) };
-        let lattice = || (-4..=4).flat_map(|i| (-4..=4).map(move |j| (f64::from(i) * 0.3, f64::from(j) * 0.3)));
-        let free = |p: DVec2| extent.contains(p) && probe.buildings_in(&Box2 { min: p, max: p }).is_empty();
-        if lattice().all(|(s, t)| free(plan.at(s, t))) {
-            builder.water(plan);
-        }
-    }
 }

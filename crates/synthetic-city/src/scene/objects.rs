@@ -41,12 +41,17 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// How far branches reach from the trunk, metres.
+    pub(crate) fn reach(&self) -> f64 {
+        1.24 * self.radius
+    }
+
     /// Lower and upper end of the crown over a place; `None` beside it.
     #[must_use]
     pub fn crown(&self, p: DVec2) -> Option<(f64, f64)> {
         let bump = noise2(self.seed, 1.3, p.x, p.y);
         let branch = noise2(self.seed ^ 7, 2.9, p.x, p.y);
-        let rho = p.distance(self.place) / (self.radius * (1.0 + 0.16 * branch));
+        let rho = p.distance(self.place) / (self.radius * (1.0 + 0.24 * branch));
         if rho >= 1.0 {
             return None;
         }
@@ -154,13 +159,15 @@ pub enum Cover {
     Water,
 }
 
-/// A rectangle of ground cover; later ones lie over earlier ones.
-#[derive(Clone, Copy, Debug)]
+/// A piece of ground cover; later ones lie over earlier ones.
+#[derive(Clone, Debug)]
 pub struct Patch {
     /// Kind.
     pub cover: Cover,
-    /// Plan.
+    /// Plan, or what lies around the outline.
     pub plan: Oblong,
+    /// Convex outline, counter-clockwise, inside the plan; empty where the whole plan is covered.
+    pub outline: Vec<DVec2>,
     /// Height of the surface where it is level and not the ground's: water, metres.
     pub level: Option<f64>,
 }
@@ -169,6 +176,11 @@ impl Patch {
     /// Whether it covers a place.
     #[must_use]
     pub fn covers(&self, p: DVec2) -> bool {
-        self.plan.contains(p)
+        let n = self.outline.len();
+        let inside = |i: usize| {
+            let (a, b) = (self.outline[i], self.outline[(i + 1) % n]);
+            (b - a).perp_dot(p - a) >= 0.0
+        };
+        self.plan.contains(p) && (0..n).all(inside)
     }
 }

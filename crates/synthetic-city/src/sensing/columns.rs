@@ -190,8 +190,13 @@ impl Columns {
     }
 
     fn patches(&mut self, scene: &Scene, window: &Box2) {
+        for j in 0..self.height {
+            for i in 0..self.width {
+                self.data[j * self.width + i].cover = scene.cover(self.centre(i, j));
+            }
+        }
         for n in scene.patches_in(window) {
-            let patch = scene.patches[n];
+            let patch = &scene.patches[n];
             self.each(&Box2::of(patch.plan.ring()), |p, column| {
                 if patch.covers(p) {
                     column.cover = patch.cover;
@@ -327,7 +332,7 @@ impl Columns {
 
     fn tree(&mut self, scene: &Scene, n: usize) {
         let tree = scene.trees[n];
-        let bounds = Box2 { min: tree.place, max: tree.place }.grown(1.2 * tree.radius);
+        let bounds = Box2 { min: tree.place, max: tree.place }.grown(tree.reach());
         self.each(&bounds, |p, column| {
             if p.distance(tree.place) < 0.25 && !column.is_built() {
                 column.solid = column.solid.max((tree.ground + tree.clear + 0.5) as f32);

@@ -22,7 +22,9 @@ pub(crate) fn ground(seed: u64, cover: Cover, patch: Option<&Patch>, p: DVec2) -
     let fine = noise2(seed ^ 2, 0.5, p.x, p.y);
     match cover {
         Cover::Asphalt => {
-            let base = scale([92.0, 92.0, 95.0], 1.0 + 0.1 * wide + 0.05 * fine);
+            let (a, b) = ((p.x * 0.9 + p.y * 0.44) / 6.5, (p.y * 0.9 - p.x * 0.44) / 3.3);
+            let mended = lattice_unit(seed ^ 7, a.floor() as i64, b.floor() as i64, 0) < 0.06;
+            let base = scale([92.0, 92.0, 95.0], (1.0 + 0.1 * wide + 0.05 * fine) * if mended { 0.84 } else { 1.0 });
             if patch.is_some_and(|patch| marked(patch, p)) { [206.0, 206.0, 200.0] } else { base }
         }
         Cover::Parking => {
@@ -56,27 +58,36 @@ pub(crate) fn ground(seed: u64, cover: Cover, patch: Option<&Patch>, p: DVec2) -
     }
 }
 
-/// A dashed line in the middle of a street.
+/// A dashed line in the middle of a street that has a carriageway of two lanes or more.
 fn marked(patch: &Patch, p: DVec2) -> bool {
+    if !(3.0..12.0).contains(&patch.plan.half_width) {
+        return false;
+    }
     let d = p - patch.plan.centre;
     let (along, across) = (d.dot(patch.plan.axis), d.dot(patch.plan.axis.perp()));
     across.abs() < 0.09 && along.rem_euclid(6.0) < 3.0 && along.abs() < patch.plan.half_length - 8.0
 }
 
-/// Roof coverings, with rows along the eaves.
+/// Roof coverings, with rows along the eaves, and what lies flat on them.
 pub(crate) fn roof(building: &SceneBuilding, face: usize, p: DVec2) -> Rgb {
     let style = &building.style;
-    let plane = building.roof.get(face).map_or(DVec2::ZERO, |f| f.plane.normal().truncate());
+    let (plane, middle) = building.roof.get(face).map_or((DVec2::ZERO, p), |f| (f.plane.normal().truncate(), f.middle));
     let down = plane.try_normalize().unwrap_or(DVec2::X);
-    let (s, t) = (p.dot(down.perp()), p.dot(down) / (1.0 - plane.length_squared()).max(0.1).sqrt());
+    let stretch = (1.0 - plane.length_squared()).max(0.1).sqrt();
+    let (s, t) = (p.dot(down.perp()), p.dot(down) / stretch);
     let seed = building.seed;
     let stain = noise2(seed, 2.8, p.x, p.y);
     let cell = |a: f64, b: f64| lattice_unit(seed, (s / a).floor() as i64, (t / b).floor() as i64, 0);
-    // Flat parts of tiled and slated buildings have gravel.
-    if plane.length() < 0.1 && matches!(style.covering, Covering::Tiles | Covering::Slate) {
-        return scale([150.0, 145.0, 138.0], 0.9 + 0.2 * cell(0.15, 0.15) + 0.1 * stain);
+    let flat = plane.length() < 0.1;
+    let within = ((p - middle).dot(down.perp()), (p - middle).dot(down) / stretch);
+    if let Some(colour) = on_roof(seed, face, flat, (s, t), within) {
+        return colour;
     }
-    match style.covering {
+    let covered = match style.covering {
+        // Flat parts of tiled and slated buildings have gravel.
+        Covering::Tiles | Covering::Slate if flat => {
+            scale([150.0, 145.0, 138.0], 0.9 + 0.2 * cell(0.15, 0.15) + 0.1 * stain)
+        }
         Covering::Tiles => {
             let groove = if t.rem_euclid(0.34) < 0.08 { 0.86 } else { 1.0 };
             scale(style.roof, groove * (0.9 + 0.2 * cell(0.24, 0.34)) * (1.0 + 0.1 * stain))
@@ -95,6 +106,51 @@ pub(crate) fn roof(building: &SceneBuilding, face: usize, p: DVec2) -> Rgb {
             let bloom = 0.5 + 0.5 * noise2(seed ^ 9, 1.1, p.x, p.y);
             scale(blend(style.roof, [128.0, 98.0, 70.0], 0.6 * bloom * bloom), 1.0 + 0.12 * stain)
         }
+    };
+    weathered(seed, style.covering, flat, p, covered)
+}
+
+/// Solar panels and skylights; (`s`, `t`) run along the eave and down the slope, `within` from the middle of the face.
+fn on_roof(seed: u64, face: usize, flat: bool, (s, t): (f64, f64), within: (f64, f64)) -> Option<Rgb> {
+    let draw = lattice_unit(seed ^ 0x501a, face as i64, 0, 0);
+    let size = lattice_unit(seed ^ 0x501a, face as i64, 1, 0);
+    let frame = s.rem_euclid(1.0) < 0.07 || t.rem_euclid(1.65) < 0.09;
+    let panel = if frame { [112.0, 116.0, 122.0] } else { [34.0, 39.0, 56.0] };
+    if flat {
+        // Rows on stands, with gaps.
+        if draw < 0.1 && within.0.abs() < 3.0 + 8.0 * size && within.1.abs() < 2.5 + 4.0 * size {
+            return (t.rem_euclid(2.3) < 1.1).then_some(panel);
+        }
+    } else if draw < 0.14 && within.0.abs() < 1.5 + 2.5 * size && within.1.abs() < 0.9 + 1.2 * size {
+        return Some(panel);
+    }
+    let (a, b) = ((s / 4.3).floor(), (t / 3.1).floor());
+    let light = lattice_unit(seed ^ 0x5c7, a as i64, b as i64, 2);
+    let (u, v) = (s - 4.3 * a, t - 3.1 * b);
+    if light < 0.07 && (1.7..2.5).contains(&u) && (1.0..2.1).contains(&v) {
+        let edge = !(1.8..2.4).contains(&u) || !(1.1..2.0).contains(&v);
+        return Some(match (edge, flat) {
+            (true, _) => [150.0, 150.0, 150.0],
+            (_, true) => [206.0, 212.0, 216.0],
+            _ => [64.0, 76.0, 92.0],
+        });
+    }
+    None
+}
+
+/// Lichen on old tiles; puddles and repairs on flat roofs.
+fn weathered(seed: u64, covering: Covering, flat: bool, p: DVec2, colour: Rgb) -> Rgb {
+    let age = lattice_unit(seed ^ 0xa6e, 0, 0, 0);
+    let wide = noise2(seed ^ 0xa6f, 2.1, p.x, p.y);
+    match covering {
+        Covering::Green | Covering::Metal => colour,
+        _ if flat => {
+            let (a, b) = ((p.x * 0.8 + p.y * 0.6) / 5.3, (p.y * 0.8 - p.x * 0.6) / 2.2);
+            let repaired = lattice_unit(seed ^ 0x9e7, a.floor() as i64, b.floor() as i64, 0) < 0.03;
+            let puddle = if wide > 0.35 { 0.84 } else { 1.0 };
+            scale(colour, puddle * if repaired { 0.8 } else { 1.0 })
+        }
+        _ => blend(colour, [104.0, 104.0, 82.0], 0.55 * age * (0.3 + wide).max(0.0)),
     }
 }
 
@@ -104,17 +160,46 @@ pub(crate) fn facade(building: &SceneBuilding, u: f64, corner: f64, z: f64, wall
     let height = z - building.base;
     let stain = noise2(building.seed ^ wall as u64, 1.9, u, z);
     let mut colour = scale(style.facade, 1.0 + 0.07 * stain);
-    if height < 0.6 {
-        colour = scale(colour, 0.72);
-    }
+    let of_house = |k: i64| lattice_unit(building.seed ^ 0xfac, k, 0, 0);
     let (bay, row) = ((u / style.bay).floor(), (height / style.storey).floor());
     let (a, b) = (u / style.bay - bay, height - row * style.storey);
     let draw = lattice_unit(building.seed, wall as i64, bay as i64, row as i64);
-    let window = (0.3..0.7).contains(&a) && (0.95..2.3).contains(&b) && corner > 0.7 && draw > 0.12;
-    let door = row == 0.0 && (0.35..0.65).contains(&a) && b < 2.1 && draw < 0.25;
+    let glass = |shade: f64| match shade {
+        // Some mirror the sky, some have blinds.
+        s if s < 0.14 => [126.0, 140.0, 156.0],
+        s if s < 0.24 => [176.0, 172.0, 162.0],
+        s => scale([54.0, 62.0, 74.0], 0.6 + 0.9 * s),
+    };
+    if row == 0.0 && of_house(0) < 0.22 && style.storey > 2.9 {
+        // A shop: glass from pier to pier, a sign above.
+        if (2.5..3.0).contains(&b) {
+            let tint = of_house(1);
+            return blend([62.0, 70.0, 96.0], [158.0, 120.0, 70.0], tint);
+        }
+        if (0.3..2.5).contains(&b) && (0.08..0.92).contains(&a) && corner > 0.4 {
+            return glass(0.3 + 0.6 * draw);
+        }
+    }
+    if height < 0.6 {
+        colour = scale(colour, 0.72);
+    } else if of_house(2) < 0.3 && b < 0.16 {
+        colour = blend(colour, [222.0, 218.0, 208.0], 0.7);
+    }
+    let half = 0.13 + 0.12 * of_house(3);
+    let (sill, lintel) = (0.75 + 0.3 * of_house(4), 2.1 + 0.35 * of_house(5));
+    // Bands of windows, or one for each bay.
+    let ribbon = of_house(6) < 0.14;
+    let across = if ribbon { (0.03..0.97).contains(&a) } else { (a - 0.5).abs() < half };
+    let window = across && (sill..lintel).contains(&b) && corner > 0.7 && draw > 0.1;
+    let door = row == 0.0 && (a - 0.5).abs() < 0.15 && b < 2.1 && draw < 0.25;
     if window {
-        let frame = !(0.34..0.66).contains(&a) || !(1.03..2.22).contains(&b) || (a - 0.5).abs() < 0.02;
-        return if frame { [206.0, 204.0, 200.0] } else { scale([62.0, 72.0, 86.0], 0.6 + 0.9 * draw) };
+        let side = if ribbon { !(0.06..0.94).contains(&a) } else { (a - 0.5).abs() > half - 0.035 };
+        let frame = side || b < sill + 0.08 || b > lintel - 0.08 || (a - 0.5).abs() < 0.018;
+        return if frame {
+            [206.0, 204.0, 200.0]
+        } else {
+            glass(lattice_unit(building.seed ^ 0x91a, wall as i64, bay as i64, row as i64))
+        };
     }
     if door { [86.0, 62.0, 46.0] } else { colour }
 }
