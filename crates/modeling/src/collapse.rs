@@ -13,15 +13,24 @@ use std::collections::BTreeSet;
 /// another edge would be crossed. Works in passes, in which no vertex takes part twice, until one changes nothing.
 /// O(edges) for each collapse.
 pub(crate) fn short_edges(partition: &Partition, shortest: f64) -> Partition {
+    short_edges_where(partition, shortest, |_, _| true)
+}
+
+/// The same for those edges only for whose ends `chosen` holds.
+pub(crate) fn short_edges_where(
+    partition: &Partition,
+    shortest: f64,
+    chosen: impl Fn(DVec2, DVec2) -> bool,
+) -> Partition {
     let mut part = partition.clone();
     loop {
-        let length = |a: u32, b: u32| part.vertices[a as usize].distance(part.vertices[b as usize]);
+        let at = |v: u32| part.vertices[v as usize];
         let mut short: Vec<(f64, u32, u32)> = part
             .edges
             .iter()
             .map(|e| (e.from.min(e.to), e.from.max(e.to)))
-            .map(|(a, b)| (length(a, b), a, b))
-            .filter(|s| s.0 < shortest)
+            .map(|(a, b)| (at(a).distance(at(b)), a, b))
+            .filter(|s| s.0 < shortest && chosen(at(s.1), at(s.2)))
             .collect();
         short.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
         short.dedup();

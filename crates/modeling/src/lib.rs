@@ -9,6 +9,7 @@ mod gable;
 mod input;
 mod junctions;
 mod lods;
+mod mend;
 mod model;
 mod params;
 mod partition;

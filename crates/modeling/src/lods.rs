@@ -1,6 +1,7 @@
 //! The levels of detail of one building from its partition (Zhu 2018, §5.4).
 
 use crate::collapse::short_edges;
+use crate::mend::mend;
 use crate::partition::{Partition, Region};
 use crate::{extrude, junctions, roof};
 use gable_city_model::validate::validate_surfaces;
@@ -62,18 +63,39 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
 /// Edges shorter than these (metres) are collapsed in turn until a shape is valid.
 const COARSER: [f64; 3] = [0.0, 0.25, 0.6];
 
-/// One closed shell for each connected part, validated as it will be written.
+/// Most places that are mended before the whole shape is made coarser.
+const MOST_MENDS: usize = 24;
+
+/// One closed shell for each connected part, validated as it will be written. Where one is not valid, the shape is made
+/// coarser there; if that does not help, it is made coarser everywhere.
 fn solids(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
-    let mut reason = String::new();
-    for shortest in COARSER {
-        match solids_of(prepared(partition, planes, shortest), planes, base, tolerances) {
+    let mut first = None;
+    let (mut part, mut heights) = (partition.clone(), planes.to_vec());
+    for _ in 0..MOST_MENDS {
+        let defect = match solids_of(prepared(&part, &heights, 0.0), &heights, base, tolerances) {
             Ok(shells) => return Ok(shells),
-            // What is wrong with the full shape says more than what is wrong with a coarser one.
-            Err(issue) if reason.is_empty() => reason = issue,
-            Err(_) => {}
+            Err(defect) => defect,
+        };
+        let mended = mend(&part, &heights, &defect.outline);
+        // What is wrong with the full shape says more than what is wrong with a coarser one.
+        first.get_or_insert(defect.message);
+        match mended {
+            Some(next) => (part, heights) = next,
+            None => break,
         }
     }
-    Err(reason)
+    for shortest in &COARSER[1..] {
+        if let Ok(shells) = solids_of(prepared(partition, planes, *shortest), planes, base, tolerances) {
+            return Ok(shells);
+        }
+    }
+    Err(first.unwrap_or_default())
+}
+
+/// Why a shell is not valid, and the outline of the face that is to blame, on the ground.
+struct Defect {
+    message: String,
+    outline: Vec<DVec2>,
 }
 
 /// A partition without needless vertices, edges shorter than `shortest` and non-manifold junctions.
@@ -86,7 +108,7 @@ fn prepared(partition: &Partition, planes: &[Plane], shortest: f64) -> Partition
     part
 }
 
-fn solids_of(part: Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
+fn solids_of(part: Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, Defect> {
     let mut out = Vec::new();
     for group in connected(&part) {
         let keep: Vec<Option<Region>> = (0..part.regions).map(|r| group[r].then_some(r)).collect();
@@ -96,11 +118,19 @@ fn solids_of(part: Partition, planes: &[Plane], base: f64, tolerances: &Toleranc
         }
         let shell = quantised(&shell);
         if let Some(issue) = validate_solid(&shell, tolerances).first() {
-            return Err(format!("{} (of {} faces)", issue.message, shell.faces.len()));
+            let message = format!("{} (of {} faces)", issue.message, shell.faces.len());
+            let corners =
+                issue.face.and_then(|f| shell.faces.get(f)).into_iter().flat_map(|f| f.rings.iter().flatten());
+            let outline = corners.filter_map(|&v| shell.vertices.get(v as usize)).map(|v| v.truncate()).collect();
+            return Err(Defect { message, outline });
         }
         out.push(shell);
     }
-    if out.is_empty() { Err("no roof is left above the ground".to_owned()) } else { Ok(out) }
+    if out.is_empty() {
+        let message = "no roof is left above the ground".to_owned();
+        return Err(Defect { message, outline: Vec::new() });
+    }
+    Ok(out)
 }
 
 /// Groups of regions that share edges, as flags by region.

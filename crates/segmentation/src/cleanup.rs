@@ -14,6 +14,8 @@ pub struct CleanupParams {
     pub opening: f64,
     /// Radius of the disc of the closing that fills small gaps, metres (as above).
     pub closing: f64,
+    /// Whether gaps at ground level stay open.
+    pub keeps_gaps: bool,
     /// Holes in a building up to this area become building, m².
     pub hole_area: f64,
     /// Regions of building below this area are none, m².
@@ -27,11 +29,15 @@ pub struct CleanupParams {
     pub building_tree_share: f64,
 }
 
+/// What lies lower over the terrain is at ground level, metres.
+const GROUND_LEVEL: f32 = 1.0;
+
 impl Default for CleanupParams {
     fn default() -> Self {
         Self {
             opening: 0.5,
             closing: 0.5,
+            keeps_gaps: true,
             hole_area: 6.0,
             building_area: 10.0,
             building_height: 2.2,
@@ -51,6 +57,7 @@ impl CleanupParams {
             building_height: 0.0,
             roof_tree_area: 0.0,
             building_tree_share: 1.0,
+            keeps_gaps: false,
             ..Self::default()
         }
     }
@@ -74,7 +81,9 @@ fn open_and_close(labels: &mut Raster<u8>, above: &Raster<f32>, plants: &Plants,
     let opened = open(&mask, width, height, (params.opening / step) as f32);
     let closed = close(&opened, width, height, (params.closing / step) as f32);
     for (i, label) in labels.values_mut().iter_mut().enumerate() {
-        if closed[i] {
+        // A gap that leads down to the ground is none, however narrow.
+        let open = params.keeps_gaps && !mask[i] && above.values()[i] < GROUND_LEVEL;
+        if closed[i] && !open {
             *label = Label::Building as u8;
         } else if mask[i] {
             *label = without_building(above.values()[i], plants, i);

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::cleanup::{CleanupParams, clean_buildings};
 use crate::features::FeatureSet;
+use crate::fill::fill_missing;
+use crate::flatness::flat_and_high;
+use crate::slots::slots;
 use crate::stumps::{Model, Plants};
 use crate::{Error, Label, Orthograph};
 
@@ -110,7 +113,8 @@ pub struct Segmentation {
 /// `terrain` is the ground height in local metres on the window of the maps ([`crate::Terrain::raster`]); `model` the tree
 /// classifier. Steps: tree probability; height over ground; one cost for each class and pixel; smoothness
 /// `μ·max(1 − |Δh|, floor)` between the four neighbours (Eq. 5, made symmetric); α-expansion from the best class of each
-/// pixel; cleaning of the building label. Pixels without height get the class of the region that encloses them, else
+/// pixel; cleaning of the building label. [`Method::Likelihood`] lets shape correct both inputs of the costs first: what is
+/// flat over metres is no crown, and narrow, deep gaps lead down to the ground. Pixels without height get the class of the region that encloses them, else
 /// ground.
 ///
 /// # Errors
@@ -126,7 +130,7 @@ pub fn segment(
     if terrain.window() != window {
         return Err(Error::WindowMismatch { what: "terrain" });
     }
-    let plants = model.probability(input)?;
+    let mut plants = model.probability(input)?;
     let features = model.features;
     let mut above = input.height.clone();
     if window.is_empty() {
@@ -143,6 +147,9 @@ pub fn segment(
             let ground = if params.method == Method::Zhu2018 { constant } else { terrain.values()[i] };
             *above = (input.height.values()[i] - ground).max(0.0) + 0.0 * input.height.values()[i];
         }
+        if params.method == Method::Likelihood {
+            correct_by_shape(input, terrain, &mut above, &mut plants);
+        }
         let unary = data_term(&above, &plants, features.needs_colour(), params);
         (labels, energy) = cut(window.width, window.height, &unary, &right, &up)?;
         constant = mean_ground(input.height, &labels).unwrap_or(constant);
@@ -150,6 +157,31 @@ pub fn segment(
     let mut labels = Raster::new(window, labels);
     clean_buildings(&mut labels, &above, &plants, &params.cleanup);
     Ok(Segmentation { labels, plants, above, features, energy })
+}
+
+/// Tree probability of what is too flat for a crown, at most.
+const FLAT_TREE: f32 = 0.15;
+
+/// What shape alone decides: flat surfaces are no crowns, and narrow, deep gaps lead down to the ground.
+fn correct_by_shape(input: &Orthograph<'_>, terrain: &Raster<f32>, above: &mut Raster<f32>, plants: &mut Plants) {
+    let mut heights = input.height.clone();
+    let (width, rows) = (heights.width(), heights.height());
+    fill_missing(heights.values_mut(), width, rows, 4);
+    if heights.values()[0].is_nan() {
+        return;
+    }
+    let over: Vec<f32> =
+        heights.values().iter().zip(terrain.values()).map(|(z, ground)| (z - ground).max(0.0)).collect();
+    for (tree, flat) in plants.tree.values_mut().iter_mut().zip(flat_and_high(&heights, &over, input.normal)) {
+        if flat {
+            *tree = tree.min(FLAT_TREE);
+        }
+    }
+    for (above, slot) in above.values_mut().iter_mut().zip(slots(&heights, &over)) {
+        if slot {
+            *above *= 0.0;
+        }
+    }
 }
 
 fn lowest(height: &Raster<f32>) -> f32 {

@@ -1,0 +1,115 @@
+//! Surfaces high over the ground that are too flat for a crown.
+//!
+//! Colour alone takes a sedum roof or green sheet metal for a tree, however large and level it is. No crown is a plane
+//! over many metres, whatever its colour.
+
+use gable_ortho::Raster;
+
+use crate::roughness::{box_mean, box_min, plane_residual};
+
+/// One scale on which flatness is looked for.
+struct Scale {
+    /// Side of the window, metres.
+    side: f64,
+    /// Largest rms distance to the window's plane, metres. Noise of photogrammetry on a roof is 0.05–0.14 m.
+    residual: f32,
+    /// Least share of pixels whose normal differs from that of the next one: flatness says something only where the mesh has
+    /// facets enough to show a crown.
+    facets: f32,
+}
+
+/// On a mesh of a face each 2 m² crowns show no plane of 10 m, on one of two faces each m² none of 5 m; on coarser ones a
+/// crown may be a few facets wide, and colour has to decide.
+const SCALES: [Scale; 2] =
+    [Scale { side: 10.0, residual: 0.15, facets: 0.15 }, Scale { side: 5.0, residual: 0.12, facets: 0.3 }];
+
+/// Side of the window in which a pixel itself must be flat, so that a bush on a roof is none, metres.
+const OWN_SIDE: f64 = 1.0;
+
+/// Largest residual there, metres.
+const OWN_RESIDUAL: f32 = 0.2;
+
+/// A window counts only if its mean height over the ground is at least this, metres.
+const HIGH: f32 = 2.0;
+
+/// The pixels that lie on a flat surface high over the ground: those that are flat themselves and lie in some window that
+/// is, see [`SCALES`].
+///
+/// `heights` and `above` (over the ground) have no NaN; all rasters lie on one window. Reach: 10 m. O(pixels).
+pub(crate) fn flat_and_high(heights: &Raster<f32>, above: &[f32], normal: &Raster<[f32; 3]>) -> Vec<bool> {
+    let (w, h, step) = (heights.width(), heights.height(), heights.window().step);
+    let radius = |side: f64| ((side / step - 1.0) / 2.0).round().max(1.0) as usize;
+    let own = plane_residual(heights.values(), w, h, radius(OWN_SIDE));
+    let borders = facet_borders(normal);
+    let mut flat = vec![false; own.len()];
+    for scale in SCALES {
+        let r = radius(scale.side);
+        let mut residual = plane_residual(heights.values(), w, h, r);
+        let mean = box_mean(above, w, h, r);
+        residual.iter_mut().zip(&mean).filter(|(_, mean)| **mean < HIGH).for_each(|(r, _)| *r = f32::INFINITY);
+        let share = box_mean(&borders, w, h, r);
+        let coarse = residual.iter_mut().zip(&share).filter(|(_, share)| **share < scale.facets);
+        coarse.for_each(|(r, _)| *r = f32::INFINITY);
+        let least = box_min(&residual, w, h, r);
+        for ((flat, least), own) in flat.iter_mut().zip(&least).zip(&own) {
+            *flat |= *least <= scale.residual && *own <= OWN_RESIDUAL;
+        }
+    }
+    flat
+}
+
+/// 1 where the normal differs from that of the pixel to the east, else 0.
+fn facet_borders(normal: &Raster<[f32; 3]>) -> Vec<f32> {
+    let mut out = Vec::with_capacity(normal.values().len());
+    for y in 0..normal.height() {
+        let row = normal.row(y);
+        out.extend(row.windows(2).map(|pair| f32::from(u8::from(pair[0] != pair[1]))));
+        out.extend(row.last().map(|_| 0.0));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::Counter;
+    use gable_ortho::GridWindow;
+
+    const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 160, height: 120 };
+
+    // The share of flat pixels within 5 m of the middle; `dense` makes every pixel a facet of its own.
+    fn share(dense: bool, height: impl Fn(f64, f64) -> f64) -> f64 {
+        let mut random = Counter::new(7);
+        let middle = WINDOW.centre(80, 60);
+        let at = |p: usize| WINDOW.centre(p % 160, p / 160) - middle;
+        let z: Vec<f32> =
+            (0..WINDOW.len()).map(|p| (height(at(p).x, at(p).y) + 0.1 * (random.unit() - 0.5)) as f32).collect();
+        let normal = (0..WINDOW.len()).map(|p| [if dense { p as f32 } else { 0.0 }, 0.0, 1.0]).collect();
+        let above = z.clone();
+        let flat = flat_and_high(&Raster::new(WINDOW, z), &above, &Raster::new(WINDOW, normal));
+        let near: Vec<usize> = (0..WINDOW.len()).filter(|&p| at(p).abs().max_element() < 3.0).collect();
+        near.iter().filter(|&&p| flat[p]).count() as f64 / near.len() as f64
+    }
+
+    #[test]
+    fn halls_are_flat_and_crowns_are_not() {
+        let hall = |x: f64, y: f64| if x.abs().max(y.abs()) < 8.0 { 7.0 + 0.3 * x } else { 0.0 };
+        assert_eq!(share(true, hall), 1.0);
+        let house = |x: f64, y: f64| if x.abs().max(y.abs()) < 3.0 { 7.0 } else { 0.0 };
+        assert!(share(true, house) > 0.6);
+        // One facet says nothing.
+        assert_eq!(share(false, hall), 0.0);
+        let crown = |x: f64, y: f64| 4.0 + (25.0 - x * x - y * y).max(0.0).sqrt();
+        assert_eq!(share(true, crown), 0.0);
+        // A lawn is flat, but not high.
+        assert_eq!(share(true, |_, _| 0.3), 0.0);
+    }
+
+    #[test]
+    fn a_bush_on_a_roof_is_not_flat() {
+        let leaves = |x: f64, y: f64| 0.6 * ((9.0 * x).sin() + (11.0 * y).cos());
+        let bush = |x: f64, y: f64| 7.0 + if x * x + y * y < 2.0 { leaves(x, y) } else { 0.0 };
+        let found = share(true, bush);
+        assert!(found > 0.7 && found < 0.95, "{found}");
+    }
+}
