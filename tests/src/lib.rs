@@ -2,12 +2,16 @@
 
 mod binary;
 mod city;
+#[path = "../../crates/job-store/tests/conformance/postgres.rs"]
+mod postgres;
 mod result;
+mod service;
 mod skip;
 mod valid;
 
 pub use binary::{Finished, gable, run_gable, start_gable};
 pub use city::{case, town};
 pub use result::{Tile, bytes_of_models, footprint_iou, footprints, read_city, tiles};
+pub use service::{Database, Files, Process, Service, files_of, pause_postgres, same_models, signal};
 pub use skip::{schemas, skip, test_data};
 pub use valid::{assert_citygml, assert_cityjson, assert_solids};

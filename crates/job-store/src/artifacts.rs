@@ -2,8 +2,9 @@
 
 use crate::database::Tx;
 use crate::{BlobId, JobStoreError, Store};
-use sqlx::Row;
 use sqlx::any::AnyRow;
+use sqlx::{AssertSqlSafe, Row};
+use std::collections::BTreeMap;
 
 /// Something that a task made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,6 +16,9 @@ pub struct Artifact {
     /// Its size.
     pub bytes: u64,
 }
+
+/// Paths that are looked for at once.
+const PLACES: usize = 500;
 
 /// One row if anything refers to the blob.
 const REFERENCES: &str = "SELECT path FROM artifact WHERE blob = $1 UNION ALL \
@@ -44,6 +48,32 @@ impl Store {
         .fetch_all(&self.pool)
         .await?;
         rows.iter().map(Artifact::read).collect()
+    }
+
+    /// The artefacts of a job at these places, by path: paths, or folders, which end with `/`. What is not there is not given.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn artifacts_at(&self, job: &str, places: &[String]) -> Result<Vec<Artifact>, JobStoreError> {
+        let mut found: BTreeMap<String, Artifact> = BTreeMap::new();
+        let (folders, paths): (Vec<&String>, Vec<&String>) = places.iter().partition(|p| p.ends_with('/'));
+        for folder in folders {
+            found.extend(self.artifacts(job, folder).await?.into_iter().map(|a| (a.path.clone(), a)));
+        }
+        for some in paths.chunks(PLACES) {
+            let values: Vec<String> = (2..some.len() + 2).map(|i| format!("${i}")).collect();
+            let statement =
+                format!("SELECT path, blob, bytes FROM artifact WHERE job = $1 AND path IN ({})", values.join(", "));
+            let mut query = sqlx::query(AssertSqlSafe(statement)).bind(job);
+            for path in some {
+                query = query.bind(*path);
+            }
+            for row in &query.fetch_all(&self.pool).await? {
+                let artifact = Artifact::read(row)?;
+                found.insert(artifact.path.clone(), artifact);
+            }
+        }
+        Ok(found.into_values().collect())
     }
 
     /// Whether a job, a generation of a city, or an outcome that may be taken over refers to a blob.

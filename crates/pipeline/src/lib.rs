@@ -30,6 +30,7 @@ pub use summary::{
     BlockRecord, BlockState, BuildingRecord, Lod, RunStatus, RunSummary, StageSeconds, peak_memory_bytes,
 };
 pub use units::{
-    CityBuilding, FailedUnit, RESULT, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask, carry_out, first_unit,
+    CityBuilding, FailedUnit, RESULT, UnitCity, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask, carry_out,
+    first_unit,
 };
 pub use warnings::InputWarning;

@@ -464,6 +464,9 @@ pub(crate) struct SlotArgs {
     /// How long tasks under way may go on after SIGTERM, seconds; those that are left are handed back
     #[arg(long, value_name = "S", default_value_t = 30.0)]
     pub(crate) grace: f64,
+    /// Program that starts each task, with the command of the task as its arguments, such as nice
+    #[arg(long, value_name = "PROGRAM")]
+    pub(crate) task_wrapper: Option<PathBuf>,
     /// Fetched artefacts that are kept on the local disk, MB
     #[arg(long, value_name = "MB", default_value_t = 8192)]
     pub(crate) cache: u64,
@@ -488,6 +491,13 @@ pub(crate) struct ServeArgs {
     /// Address to listen on; addresses that other machines reach need a token
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8080")]
     pub(crate) listen: std::net::SocketAddr,
+    /// Age from which artefacts that nothing refers to are removed, hours
+    #[arg(long, value_name = "H", default_value_t = 24.0)]
+    pub(crate) collect_age: f64,
+    /// Age from which jobs that ended well keep their results only, and results of blocks that no job has taken over since are
+    /// forgotten, hours
+    #[arg(long, value_name = "H", default_value_t = 720.0)]
+    pub(crate) keep_age: f64,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
     #[command(flatten)]

@@ -73,10 +73,6 @@ async fn connect(address: &str) -> anyhow::Result<Store> {
 
 /// The workers of this process.
 pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyhow::Result<Vec<Worker>> {
-    let seconds = |name: &str, value: f64| match Duration::try_from_secs_f64(value) {
-        Ok(time) if time >= Duration::from_millis(1) => Ok(time),
-        _ => Err(UsageError(format!("--{name} {value}: give seconds above 0"))),
-    };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let count = if slots.slots == 0 { cores } else { slots.slots };
     let (lease, grace) = (seconds("lease", slots.lease)?, seconds("grace", slots.grace)?);
@@ -85,7 +81,9 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
     let folder = keep.data.join("work");
     std::fs::create_dir_all(&folder).with_context(|| format!("folder {}", folder.display()))?;
     let folder = folder.canonicalize()?;
-    let program = program(parts, cores, slots.task_memory)?;
+    remove_stale(&folder);
+    let tasks = folder.join(format!("tasks-{}", std::process::id()));
+    let program = program(parts, cores, slots)?;
     (0..count)
         .map(|slot| {
             let id = format!("{host}-{}-{slot}-{}", std::process::id(), uuid::Uuid::now_v7().simple());
@@ -93,7 +91,8 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
                 id,
                 host: host.clone(),
                 program: program.clone(),
-                folder: folder.clone(),
+                folder: tasks.clone(),
+                blobs: folder.join("blobs"),
                 cache: slots.cache << 20,
                 lease,
                 limits,
@@ -106,13 +105,57 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
 }
 
 /// The program that does one task: this one.
-fn program(parts: &Parts, cores: usize, memory: u64) -> anyhow::Result<Vec<OsString>> {
-    let mut program: Vec<OsString> = vec![std::env::current_exe()?.into(), "task".into()];
-    program.extend(["--threads".into(), cores.to_string().into(), "--memory".into(), memory.to_string().into()]);
+fn program(parts: &Parts, cores: usize, slots: &SlotArgs) -> anyhow::Result<Vec<OsString>> {
+    let mut program: Vec<OsString> = slots.task_wrapper.iter().map(Into::into).collect();
+    program.extend([std::env::current_exe()?.into(), "task".into()]);
+    let memory = slots.task_memory.to_string();
+    program.extend(["--threads".into(), cores.to_string().into(), "--memory".into(), memory.into()]);
     for root in &parts.roots {
         program.extend(["--source-root".into(), root.into()]);
     }
     Ok(program)
+}
+
+/// Removes the tasks' folders of workers that were killed. The number of a process may be given anew: then they stay until
+/// another time.
+fn remove_stale(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let pid = name.to_str().and_then(|n| n.strip_prefix("tasks-")).and_then(|pid| pid.parse::<u32>().ok());
+        let gone = pid.is_some_and(|pid| pid == std::process::id() || !Path::new(&format!("/proc/{pid}")).exists());
+        if gone && let Err(e) = std::fs::remove_dir_all(entry.path()) {
+            tracing::warn!("{} cannot be removed: {e}", entry.path().display());
+        }
+    }
+}
+
+/// A time that was given as a number of seconds.
+pub(crate) fn seconds(name: &str, value: f64) -> Result<Duration, UsageError> {
+    match Duration::try_from_secs_f64(value) {
+        Ok(time) if time >= Duration::from_millis(1) => Ok(time),
+        _ => Err(UsageError(format!("--{name} {value}: give a time above 0"))),
+    }
+}
+
+/// How often what nothing refers to is looked for.
+const COLLECTION: Duration = Duration::from_secs(3600);
+
+/// Removes from time to time what nothing refers to, until `stop`.
+pub(crate) async fn collect(parts: &Parts, age: Duration, keep: Duration, mut stop: watch::Receiver<bool>) {
+    let pace = COLLECTION.min(age.max(Duration::from_secs(1)));
+    loop {
+        tokio::select! {
+            () = tokio::time::sleep(pace) => {}
+            _ = stop.wait_for(|&s| s) => return,
+        }
+        match parts.store.collect(&parts.blobs, age, keep, keep).await {
+            Ok(done) if done == gable_job_store::Collected::default() => {}
+            Ok(done) => {
+                tracing::info!(blobs = done.blobs, outcomes = done.outcomes, artifacts = done.artifacts, "removed")
+            }
+            Err(e) => tracing::warn!("removing what nothing refers to: {e}"),
+        }
+    }
 }
 
 fn host() -> String {

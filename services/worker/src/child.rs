@@ -102,6 +102,8 @@ pub(crate) async fn run(
     let mut broken = None;
     let status = loop {
         tokio::select! {
+            // A child that has ended has ended well or badly, whatever else there is to do.
+            biased;
             status = child.wait() => break status,
             changed = stop.changed() => {
                 if changed.is_err() || *stop.borrow() {

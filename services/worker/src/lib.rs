@@ -4,11 +4,14 @@ mod cache;
 mod child;
 mod error;
 mod history;
+mod outcome;
 mod protocol;
 mod task;
 mod worker;
 
 pub use child::Limits;
 pub use error::WorkerError;
-pub use protocol::{Addition, BAD_INPUT, Ended, FAILED, History, Order, PHASE, Reads, Report, StageTime};
+pub use protocol::{
+    Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, Order, PHASE, Report, StageTime,
+};
 pub use worker::{Settings, Worker};

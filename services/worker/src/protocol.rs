@@ -61,12 +61,19 @@ pub struct StageTime {
     pub sum: f64,
 }
 
-/// Which artefacts a task reads: the member `reads` of its input.
+/// What a task needs: members of its input.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reads {
-    /// Beginnings of paths: all artefacts of the job whose paths begin so.
+pub struct Needs {
+    /// Artefacts of the job that it reads: paths, or folders, which end with `/`.
     #[serde(default)]
     pub reads: Vec<String>,
+    /// Whether it is to be told what happened in earlier stages.
+    #[serde(default)]
+    pub history: bool,
+    /// Whether its result depends on its input, on what it reads and on what failed earlier, and on nothing else: then the result
+    /// of an earlier job of the city may be taken over.
+    #[serde(default)]
+    pub reuse: bool,
 }
 
 /// What a child made: the last line of its standard output.
@@ -77,6 +84,42 @@ pub struct Report {
     /// Tasks of later stages that it found to be needed.
     #[serde(default)]
     pub tasks: Vec<Addition>,
+    /// The finished city, which is published with the end of the task.
+    #[serde(default)]
+    pub city: Option<CityReport>,
+}
+
+/// A finished city.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CityReport {
+    /// Reference system of the coordinates.
+    pub crs: String,
+    /// Path of the file that lists its buildings, one [`Building`] as JSON a line.
+    pub buildings: String,
+}
+
+/// A building of a finished city.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Building {
+    /// Identifier, the same in all jobs.
+    pub id: String,
+    /// Hash of its geometries and attributes.
+    pub hash: String,
+    /// Column and row of the tile that holds it.
+    pub tile: [u32; 2],
+    /// West, south, east, north; world coordinates, metres.
+    pub bbox: [f64; 4],
+    /// The best LOD, such as `lod2`.
+    pub lod: String,
+    /// Roof type.
+    #[serde(default)]
+    pub roof_type: Option<String>,
+    /// Highest roof point above the ground, metres.
+    pub height_m: f64,
+    /// Footprint area, m².
+    pub area_m2: f64,
+    /// Attributes by name.
+    pub attributes: serde_json::Value,
 }
 
 /// A task that a child adds.

@@ -3,9 +3,12 @@
 use crate::cache::Cache;
 use crate::child::{self, Ended, State};
 use crate::history;
-use crate::protocol::{History, Order, Reads, Report};
+use crate::outcome;
+use crate::protocol::{History, Needs, Order, Report};
 use crate::{Settings, WorkerError};
-use gable_job_store::{Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Retry, Store};
+use gable_job_store::{
+    Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry, Store,
+};
 use std::path::{Component, Path};
 use std::time::Duration;
 use tokio::sync::watch;
@@ -13,11 +16,20 @@ use tokio::sync::watch;
 /// How often a task that a child adds is tried.
 const ATTEMPTS: i64 = 3;
 
+/// The same for a task without which nothing can come of the job: workers may die of something else.
+const REQUIRED_ATTEMPTS: i64 = 6;
+
 /// The first pause before another attempt; it doubles with each.
 const PAUSE: Duration = Duration::from_secs(2);
 
 /// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_secs(60);
+
+/// How long a task waits for a database or an object store that is away, before it is handed back.
+const OUTAGE: Duration = Duration::from_secs(600);
+
+/// How long blobs are held before their task is finished: longer than handing in takes.
+const HOLD: Duration = Duration::from_secs(24 * 3600);
 
 /// What a task needs besides its claim.
 pub(crate) struct Around<'a> {
@@ -28,12 +40,30 @@ pub(crate) struct Around<'a> {
     pub(crate) state: &'a watch::Sender<State>,
 }
 
+/// What is known of a task's result before it is done.
+enum Known {
+    /// All of it.
+    Outcome(Finished),
+    /// The key under which it is to be kept, if it may be.
+    Key(Option<String>),
+}
+
 /// What became of a task.
 enum Made {
     Result(Finished),
     BadInput(String),
     Failed(String),
+    /// Database or object store are away: another time.
+    Away(String),
     Stopped,
+}
+
+impl Made {
+    /// What an error of the database, the object store or the local disk means for a task.
+    fn of(what: &str, error: &JobStoreError) -> Self {
+        let reason = format!("{what}: {error}");
+        if error.is_transient() { Self::Away(reason) } else { Self::Failed(reason) }
+    }
 }
 
 impl Around<'_> {
@@ -42,10 +72,13 @@ impl Around<'_> {
         let (stop, stopped) = watch::channel(false);
         let work = self.work(claim, stopped);
         tokio::pin!(work);
-        let mut beat = tokio::time::interval(self.settings.lease / 3);
+        let pace = self.settings.lease / 3;
+        let mut beat = tokio::time::interval_at(tokio::time::Instant::now() + pace, pace);
         let mut draining = false;
         let made = loop {
             tokio::select! {
+                // A result that is there is handed in before anything else.
+                biased;
                 made = &mut work => break made?,
                 _ = beat.tick() => {
                     let phase = self.state.borrow().phase.clone();
@@ -64,7 +97,7 @@ impl Around<'_> {
                 }
             }
         };
-        let draining = draining && matches!(made, Made::Stopped);
+        let draining = draining && matches!(made, Made::Stopped | Made::Away(_));
         self.hand_in(claim, made, draining).await
     }
 
@@ -76,29 +109,39 @@ impl Around<'_> {
         let (Ok(request), Ok(input)) = (value(&claim.request), value(&claim.input)) else {
             return Ok(Made::BadInput("its request or its input is no JSON".to_owned()));
         };
-        self.say("fetching");
-        if let Err(e) = self.fetch(claim, &input, folder.path()).await {
-            return Ok(Made::Failed(format!("fetching its input: {e}")));
-        }
-        let history = match self.history(claim, &input).await {
-            Ok(history) => history,
-            Err(e) => return Ok(Made::Failed(format!("looking at what happened before: {e}"))),
+        let needs: Needs = match serde_json::from_value(input.clone()) {
+            Ok(needs) => needs,
+            Err(e) => return Ok(Made::BadInput(format!("what its input says that it needs: {e}"))),
         };
+        self.say("fetching");
+        let (known, history, read) = match self.look(claim, &input, &needs, &stop).await {
+            Ok(found) => found,
+            Err(e) => return Ok(Made::of("looking for its input", &e)),
+        };
+        let key = match known {
+            Known::Outcome(result) => return Ok(Made::Result(result)),
+            Known::Key(key) => key,
+        };
+        if let Err(e) = self.fetch(&read, folder.path(), &stop).await {
+            return Ok(Made::of("fetching its input", &e));
+        }
         let order = Order { request, stage: claim.stage, unit: claim.unit.clone(), input, history };
         self.say("running");
         let settings = self.settings;
-        let ended = child::run(&settings.program, folder.path(), &order, settings.limits, stop, self.state).await?;
+        let told = stop.clone();
+        let ended = child::run(&settings.program, folder.path(), &order, settings.limits, told, self.state).await?;
         Ok(match ended {
             Ended::Stopped => Made::Stopped,
             Ended::BadInput(reason) => Made::BadInput(reason),
             Ended::Badly(reason) => Made::Failed(reason),
             Ended::Well(report) => {
                 self.say("handing in");
-                match self.keep(&report, folder.path()).await {
-                    Ok(artifacts) => {
-                        Made::Result(Finished { artifacts, tasks: additions(report), ..Finished::default() })
+                match self.keep(&report, folder.path(), &stop).await {
+                    Ok((artifacts, publication)) => {
+                        let tasks = additions(report);
+                        Made::Result(Finished { artifacts, tasks, reused: false, key, publication })
                     }
-                    Err(e) => Made::Failed(format!("keeping its result: {e}")),
+                    Err(e) => Made::of("keeping its result", &e),
                 }
             }
         })
@@ -108,30 +151,45 @@ impl Around<'_> {
         self.state.send_modify(|s| s.phase = phase.to_owned());
     }
 
-    /// What happened before, if the task wants to know.
-    async fn history(&self, claim: &Claim, input: &serde_json::Value) -> Result<Option<History>, JobStoreError> {
-        if input.get("history").and_then(serde_json::Value::as_bool) != Some(true) {
-            return Ok(None);
+    /// What a task reads, what happened before if it wants to know, and whether its result is known already.
+    async fn look(
+        &self,
+        claim: &Claim,
+        input: &serde_json::Value,
+        needs: &Needs,
+        stop: &watch::Receiver<bool>,
+    ) -> Result<(Known, Option<History>, Vec<Artifact>), JobStoreError> {
+        let read = again_while_away(stop, OUTAGE, || self.store.artifacts_at(&claim.job, &needs.reads)).await?;
+        let history = if needs.history {
+            let tasks = again_while_away(stop, OUTAGE, || self.store.tasks(&claim.job)).await?;
+            Some(history::before(claim.stage, &tasks))
+        } else {
+            None
+        };
+        if !needs.reuse {
+            return Ok((Known::Key(None), history, read));
         }
-        Ok(Some(history::before(claim.stage, &self.store.tasks(&claim.job).await?)))
+        let key = outcome::key(claim, input, &read, history.as_ref());
+        let known = again_while_away(stop, OUTAGE, || self.store.outcome(claim, &key)).await?;
+        Ok((known.map_or(Known::Key(Some(key)), Known::Outcome), history, read))
     }
 
     /// Lays out what a task reads.
-    async fn fetch(&self, claim: &Claim, input: &serde_json::Value, folder: &Path) -> Result<(), JobStoreError> {
-        let Reads { reads } = serde_json::from_value(input.clone()).unwrap_or_default();
-        for prefix in &reads {
-            for artifact in self.store.artifacts(&claim.job, prefix).await? {
-                let place = folder.join(&artifact.path);
-                if !place.exists() {
-                    self.cache.lay(self.blobs, artifact.blob, &place).await?;
-                }
-            }
+    async fn fetch(&self, read: &[Artifact], folder: &Path, stop: &watch::Receiver<bool>) -> Result<(), JobStoreError> {
+        for artifact in read {
+            let place = folder.join(&artifact.path);
+            again_while_away(stop, OUTAGE, || self.cache.lay(self.blobs, artifact.blob, &place)).await?;
         }
         Ok(())
     }
 
-    /// Keeps what a task made.
-    async fn keep(&self, report: &Report, folder: &Path) -> Result<Vec<Artifact>, JobStoreError> {
+    /// Keeps what a task made; with the city that it finished.
+    async fn keep(
+        &self,
+        report: &Report,
+        folder: &Path,
+        stop: &watch::Receiver<bool>,
+    ) -> Result<(Vec<Artifact>, Option<Publication>), JobStoreError> {
         let mut kept = Vec::new();
         for path in &report.made {
             let file = folder.join(path);
@@ -139,21 +197,53 @@ impl Around<'_> {
             if !Path::new(path).components().all(|c| matches!(c, Component::Normal(_))) {
                 return Err(wrong(std::io::Error::other("it lies outside of the task's folder")));
             }
+            if !tokio::fs::symlink_metadata(&file).await.map_err(wrong)?.is_file() {
+                return Err(wrong(std::io::Error::other("it is no file of its own")));
+            }
             let content = tokio::fs::read(&file).await.map_err(wrong)?;
-            let (blob, bytes) = (BlobId::of(&content), content.len() as u64);
-            self.cache.keep(blob, &content).await?;
-            again_while_away(self.settings.lease, || self.blobs.put(content.clone())).await?;
-            kept.push(Artifact { path: path.clone(), blob, bytes });
+            kept.push(Artifact { path: path.clone(), blob: BlobId::of(&content), bytes: content.len() as u64 });
         }
-        Ok(kept)
+        self.hold(&kept, stop).await?;
+        for artifact in &kept {
+            let file = folder.join(&artifact.path);
+            let content =
+                tokio::fs::read(&file).await.map_err(|source| JobStoreError::File { path: file.clone(), source })?;
+            again_while_away(stop, OUTAGE, || self.blobs.put(content.clone())).await?;
+            self.cache.keep(artifact.blob, &content).await?;
+        }
+        let city = match &report.city {
+            Some(city) if report.made.contains(&city.buildings) => Some(outcome::publication(city, folder).await?),
+            Some(city) => {
+                let source = std::io::Error::other("it lists the buildings, and is not among the files that were made");
+                return Err(JobStoreError::File { path: city.buildings.clone().into(), source });
+            }
+            None => None,
+        };
+        Ok((kept, city))
+    }
+
+    /// Keeps what is about to be referred to from being collected.
+    async fn hold(&self, made: &[Artifact], stop: &watch::Receiver<bool>) -> Result<(), JobStoreError> {
+        let blobs: Vec<BlobId> = made.iter().map(|a| a.blob).collect();
+        // What is being removed just now is gone soon.
+        while !again_while_away(stop, OUTAGE, || self.store.hold(&blobs, HOLD)).await? && !*stop.borrow() {
+            tokio::time::sleep(Duration::from_millis(200)).await;
+        }
+        Ok(())
     }
 
     async fn hand_in(&self, claim: &Claim, made: Made, draining: bool) -> Result<(), WorkerError> {
-        let told = again_while_away(self.settings.lease, || async {
+        let patience = if draining { self.settings.lease } else { OUTAGE };
+        let (_never, stop) = watch::channel(false);
+        let told = again_while_away(&stop, patience, || async {
             match &made {
                 Made::Result(result) => self.store.finish(claim, result).await,
                 Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await,
                 Made::Failed(reason) => self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await,
+                Made::Away(reason) => {
+                    tracing::warn!(job = claim.job, unit = claim.unit, "handed back: {reason}");
+                    self.store.release(claim).await
+                }
                 Made::Stopped if draining => self.store.release(claim).await,
                 Made::Stopped => Ok(()),
             }
@@ -161,16 +251,22 @@ impl Around<'_> {
         .await;
         match told {
             Ok(()) => Ok(()),
+            // It was forgotten just now: the task is handed back, and done.
+            Err(JobStoreError::NoOutcome { .. }) => {
+                if let Err(e) = self.store.release(claim).await {
+                    tracing::warn!(job = claim.job, unit = claim.unit, "not handed back: {e}");
+                }
+                Ok(())
+            }
             Err(e @ JobStoreError::Lost { .. }) => {
                 tracing::info!("{e}: its result is thrown away");
                 Ok(())
             }
             // The lease will run out, and another worker will take the task.
-            Err(e) if e.is_transient() => {
-                tracing::warn!(unit = claim.unit, "not handed in: {e}");
+            Err(e) => {
+                tracing::error!(job = claim.job, unit = claim.unit, "not handed in: {e}");
                 Ok(())
             }
-            Err(e) => Err(e.into()),
         }
     }
 }
@@ -189,13 +285,14 @@ fn additions(report: Report) -> Vec<NewTask> {
             unit: t.unit,
             input: t.input.to_string(),
             required: t.required,
-            max_attempts: ATTEMPTS,
+            max_attempts: if t.required { REQUIRED_ATTEMPTS } else { ATTEMPTS },
         })
         .collect()
 }
 
-/// Repeats a call while the database or the object store is away, for as long as a lease may last.
+/// Repeats a call while the database or the object store is away, for as long as that is worth while.
 async fn again_while_away<T, F: Future<Output = Result<T, JobStoreError>>>(
+    stop: &watch::Receiver<bool>,
     patience: Duration,
     call: impl Fn() -> F,
 ) -> Result<T, JobStoreError> {
@@ -203,9 +300,14 @@ async fn again_while_away<T, F: Future<Output = Result<T, JobStoreError>>>(
     let mut wait = Duration::from_millis(100);
     loop {
         match call().await {
-            Err(e) if e.is_transient() && begin.elapsed() < patience => {
+            Err(e) if e.is_transient() && begin.elapsed() < patience && !*stop.borrow() => {
                 tracing::warn!("trying again: {e}");
-                tokio::time::sleep(wait).await;
+                let mut stop = stop.clone();
+                tokio::select! {
+                    () = tokio::time::sleep(wait) => {}
+                    // Also if whoever could say so is gone.
+                    _ = stop.wait_for(|&s| s) => {}
+                }
                 wait = (wait * 2).min(Duration::from_secs(5));
             }
             result => return result,

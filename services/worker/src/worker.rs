@@ -21,8 +21,10 @@ pub struct Settings {
     pub host: String,
     /// The program that does the tasks, with its arguments.
     pub program: Vec<OsString>,
-    /// Where tasks have their folders and fetched blobs stay.
+    /// Where tasks have their folders.
     pub folder: PathBuf,
+    /// Where fetched blobs stay, on the same disk; workers may share it.
+    pub blobs: PathBuf,
     /// Bytes of fetched blobs that stay.
     pub cache: u64,
     /// How long a task is held without a heartbeat; there are three in it.
@@ -35,7 +37,7 @@ pub struct Settings {
     pub grace: Duration,
 }
 
-/// A worker; it does one task at a time. For more, run several with one folder each.
+/// A worker; it does one task at a time. For more, run several; they may share a folder.
 #[derive(Debug)]
 pub struct Worker {
     store: Store,
@@ -53,7 +55,9 @@ impl Worker {
     /// # Errors
     /// If the folder cannot be made.
     pub fn new(store: Store, blobs: Blobs, settings: Settings) -> Result<Self, WorkerError> {
-        let cache = Cache::open(&settings.folder.join("blobs"), settings.cache)?;
+        std::fs::create_dir_all(&settings.folder)
+            .map_err(|source| WorkerError::Folder { path: settings.folder.clone(), source })?;
+        let cache = Cache::open(&settings.blobs, settings.cache)?;
         Ok(Self { store, blobs, cache, settings, state: watch::Sender::new(State::default()), task: Mutex::new(None) })
     }
 
@@ -73,7 +77,13 @@ impl Worker {
         while !*stop.borrow() {
             match self.claim().await {
                 Ok(Some(claim)) => {
-                    tracing::info!(job = claim.job, stage = claim.stage, unit = claim.unit, "begins");
+                    tracing::info!(
+                        job = claim.job,
+                        stage = claim.stage,
+                        unit = claim.unit,
+                        attempt = claim.attempt,
+                        "begins"
+                    );
                     let around = Around {
                         store: &self.store,
                         blobs: &self.blobs,

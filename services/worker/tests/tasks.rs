@@ -26,6 +26,7 @@ impl Town {
             host: "here".to_owned(),
             program: ["sh", "-c", script].map(Into::into).to_vec(),
             folder: self.folder.path().join(name),
+            blobs: self.folder.path().join(name).join("blobs"),
             cache: 1 << 20,
             lease: Duration::from_secs(30),
             limits: Limits { memory: 1 << 30, time: Duration::from_secs(30) },

@@ -6,6 +6,17 @@ mod suite;
 
 use gable_job_store::Store;
 
+/// Notes a test that found nothing to work on.
+#[allow(clippy::print_stdout, reason = "the reason for a skipped test is for whoever runs it")]
+fn skip(name: &str, reason: &str) {
+    println!("skipped {name}: {reason}");
+    if let Ok(log) = std::env::var("GABLE_SKIP_LOG") {
+        use std::io::Write;
+        let mut file = std::fs::OpenOptions::new().append(true).create(true).open(log).expect("the skip log");
+        writeln!(file, "skipped {name}: {reason}").expect("the skip log");
+    }
+}
+
 async fn on_sqlite() -> (tempfile::TempDir, Store) {
     let folder = tempfile::tempdir().expect("a folder");
     let store = Store::connect(&format!("sqlite:{}", folder.path().join("jobs.db").display())).await;
@@ -53,6 +64,7 @@ conformance!(
     suite::events_have_no_gaps,
     suite::lists_are_paged,
     suite::artefacts_are_found_by_prefix,
+    suite::artefacts_are_found_by_place,
     suite::workers_are_seen,
     suite::tokens_open_and_end,
     suite::wrong_requests_are_refused,

@@ -14,7 +14,7 @@ pub(crate) fn database(name: &str) -> Option<String> {
     let server = match SERVER.get_or_init(start) {
         Ok(server) => server,
         Err(reason) => {
-            skip(name, reason);
+            crate::skip(&format!("{name} on Postgres"), reason);
             return None;
         }
     };
@@ -27,20 +27,9 @@ pub(crate) fn database(name: &str) -> Option<String> {
     Some(format!("postgres://gable@127.0.0.1:{}/{name}", server.port))
 }
 
-/// Notes a test that found nothing to work on.
-#[allow(clippy::print_stdout, reason = "the reason for a skipped test is for whoever runs it")]
-fn skip(name: &str, reason: &str) {
-    println!("skipped {name}: {reason}");
-    if let Ok(log) = std::env::var("GABLE_SKIP_LOG") {
-        use std::io::Write;
-        let mut file = std::fs::OpenOptions::new().append(true).create(true).open(log).expect("the skip log");
-        writeln!(file, "skipped {name} on Postgres: {reason}").expect("the skip log");
-    }
-}
-
 fn start() -> Result<Server, String> {
     let programs = programs().ok_or("Postgres is not installed (package postgresql)")?;
-    let folder = std::env::temp_dir().join(format!("gable-postgres-{}", std::process::id()));
+    let folder = folder();
     std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
     if is_root() {
         // Postgres does not run as root.
@@ -66,6 +55,11 @@ fn start() -> Result<Server, String> {
     Ok(Server { port })
 }
 
+/// The server's folder; its data is in `data`.
+pub(crate) fn folder() -> PathBuf {
+    std::env::temp_dir().join(format!("gable-postgres-{}", std::process::id()))
+}
+
 /// Stops the server and removes its folder when this process is gone, however it ends.
 fn watch(programs: &std::path::Path, folder: &std::path::Path) {
     let script =
@@ -80,7 +74,7 @@ fn watch(programs: &std::path::Path, folder: &std::path::Path) {
     drop(command.spawn().expect("sh runs"));
 }
 
-fn programs() -> Option<PathBuf> {
+pub(crate) fn programs() -> Option<PathBuf> {
     let mut versions: Vec<PathBuf> =
         std::fs::read_dir("/usr/lib/postgresql").ok()?.flatten().map(|e| e.path().join("bin")).collect();
     versions.sort();
@@ -92,7 +86,7 @@ fn is_root() -> bool {
 }
 
 /// A command as a user that Postgres accepts.
-fn user(program: &str) -> Command {
+pub(crate) fn user(program: &str) -> Command {
     let mut command;
     if is_root() {
         command = Command::new("setpriv");

@@ -378,6 +378,18 @@ pub(crate) async fn artefacts_are_found_by_prefix(store: &Store) {
     assert!(!store.is_referenced(BlobId::of(b"tiles/0_0")).await.expect("asks"));
 }
 
+pub(crate) async fn artefacts_are_found_by_place(store: &Store) {
+    let id = submit(store, &job("a", vec![task(0, "x")])).await;
+    let artifact = |path: &str| Artifact { path: path.to_owned(), blob: BlobId::of(path.as_bytes()), bytes: 1 };
+    let artifacts = ["a/1", "a/2", "ab", "b/1", "b/11"].map(artifact).to_vec();
+    store.finish(&claim(store, "w").await, &Finished { artifacts, ..Finished::default() }).await.expect("finishes");
+    let found = store.artifacts_at(&id, &["b/1", "a/", "none", "a/2"].map(str::to_owned)).await.expect("finds");
+    assert_eq!(found, ["a/1", "a/2", "b/1"].map(artifact));
+    let many: Vec<String> = (0..1200).map(|i| format!("b/{i}")).collect();
+    assert_eq!(store.artifacts_at(&id, &many).await.expect("finds").len(), 2);
+    assert!(store.artifacts_at(&id, &[]).await.expect("finds").is_empty());
+}
+
 pub(crate) async fn workers_are_seen(store: &Store) {
     let worker = Worker {
         id: "w1".to_owned(),

@@ -99,8 +99,17 @@ pub struct UnitResult {
     pub made: Vec<String>,
     /// Units of later stages that it found to be needed.
     pub tasks: Vec<UnitTask>,
-    /// Name of the file that lists the buildings of the finished city, one [`CityBuilding`] as JSON a line.
-    pub buildings: Option<String>,
+    /// The finished city, if this was its last unit.
+    pub city: Option<UnitCity>,
+}
+
+/// A finished city.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct UnitCity {
+    /// Reference system of the coordinates.
+    pub crs: String,
+    /// Name of the file that lists its buildings, one [`CityBuilding`] as JSON a line.
+    pub buildings: String,
 }
 
 /// Under this folder lie the files for the user.

@@ -4,7 +4,7 @@ use super::names::{
     BUILDINGS, LabelFile, SAMPLED, SPLIT, STITCHED, Sampled, Stitched, TEXTURES, lines_file, written_file,
 };
 use super::write::WrittenTile;
-use super::{RESULT, Unit, UnitResult, block, stitch, terrain_file};
+use super::{RESULT, Unit, UnitCity, UnitResult, block, stitch, terrain_file};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::params::Format;
 use crate::run::{self, Source};
@@ -99,7 +99,8 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let mut made: Vec<String> =
         files.iter().filter(|file| !tiles.contains(*file)).map(|file| format!("{RESULT}{file}")).collect();
     made.push(BUILDINGS.to_owned());
-    Ok(UnitResult { made, buildings: Some(BUILDINGS.to_owned()), ..UnitResult::default() })
+    let city = UnitCity { crs: blocks.frame().crs.to_string(), buildings: BUILDINGS.to_owned() };
+    Ok(UnitResult { made, city: Some(city), ..UnitResult::default() })
 }
 
 /// What was seen in each block, also in those that failed.

@@ -33,12 +33,20 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));
     let working = service::work(workers, stop.clone());
+    let collect_stop = stop.clone();
     let serving = async {
         let stopped = async move {
             let _ = stop.wait_for(|&s| s).await;
         };
         axum::serve(listener, gable_coordinator::router(coordinator)).with_graceful_shutdown(stopped).await
     };
-    let (working, serving) = tokio::join!(working, serving);
+    let hours = |name, value: f64| service::seconds(name, value * 3600.0);
+    let collecting = service::collect(
+        &parts,
+        hours("collect-age", args.collect_age)?,
+        hours("keep-age", args.keep_age)?,
+        collect_stop,
+    );
+    let (working, serving, ()) = tokio::join!(working, serving, collecting);
     working.and(serving.context("serving"))
 }

@@ -8,7 +8,7 @@ use gable_pipeline::{
     FailedUnit, Observer, Params, Stage, StageSeconds, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask,
     carry_out, first_unit,
 };
-use gable_worker::{Addition, History, Order, PHASE, Report};
+use gable_worker::{Addition, CityReport, History, Order, PHASE, Report};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, Read as _, Write as _};
@@ -121,7 +121,8 @@ fn report(made: UnitResult) -> anyhow::Result<Report> {
         })
     };
     let tasks = made.tasks.into_iter().map(addition).collect::<anyhow::Result<_>>()?;
-    Ok(Report { made: made.made, tasks })
+    let city = made.city.map(|city| CityReport { crs: city.crs, buildings: city.buildings });
+    Ok(Report { made: made.made, tasks, city })
 }
 
 /// Tells the worker how far the task is.

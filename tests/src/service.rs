@@ -1,0 +1,407 @@
+//! A service of real processes: a coordinator, workers, a database and a folder of artefacts of their own.
+
+use crate::{gable, postgres};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Files by name.
+pub type Files = BTreeMap<String, Vec<u8>>;
+
+/// Which database a service has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Database {
+    /// A file.
+    Sqlite,
+    /// A server of the tests' own; tests are skipped where it is not installed.
+    Postgres,
+}
+
+/// A process, killed when it is dropped.
+#[derive(Debug)]
+pub struct Process {
+    child: Child,
+    log: Arc<Mutex<String>>,
+}
+
+impl Process {
+    /// Starts the binary; what it says on standard error is kept.
+    fn start(arguments: &[String], wait_for: Option<&str>) -> (Self, String) {
+        let mut child = Command::new(gable())
+            .args(arguments)
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary can be started");
+        let log = Arc::new(Mutex::new(String::new()));
+        let lines = BufReader::new(child.stderr.take().expect("piped"));
+        let kept = Arc::clone(&log);
+        std::thread::spawn(move || {
+            for line in lines.lines().map_while(Result::ok) {
+                let mut log = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                *log += &line;
+                log.push('\n');
+            }
+        });
+        let mut said = BufReader::new(child.stdout.take().expect("piped"));
+        let process = Self { child, log };
+        let mut line = String::new();
+        if let Some(wanted) = wait_for {
+            said.read_line(&mut line).expect("standard output can be read");
+            assert!(line.contains(wanted), "{line:?} instead of {wanted:?}: {}", process.log());
+        }
+        std::thread::spawn(move || said.lines().for_each(drop));
+        (process, line)
+    }
+
+    /// Its number.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// What it has said on standard error so far.
+    #[must_use]
+    pub fn log(&self) -> String {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Kills it, as by `kill -9`, and waits until it is gone.
+    ///
+    /// # Panics
+    /// If it cannot be waited for.
+    pub fn kill(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().expect("it can be waited for");
+    }
+
+    /// Waits until it ends by itself, and gives its exit code.
+    ///
+    /// # Panics
+    /// If it does not end in time.
+    pub fn wait(&mut self, limit: Duration) -> Option<i32> {
+        let begin = Instant::now();
+        while begin.elapsed() < limit {
+            if let Some(status) = self.child.try_wait().expect("it can be waited for") {
+                return status.code();
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        panic!("it did not end in {limit:?}: {}", self.log());
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}
+
+/// Sends a signal to a process, such as `STOP`.
+///
+/// # Panics
+/// If there is no such process.
+pub fn signal(pid: u32, name: &str) {
+    let sent = Command::new("kill").arg(format!("-{name}")).arg(pid.to_string()).status().expect("kill runs");
+    assert!(sent.success(), "kill -{name} {pid}");
+}
+
+/// A service: its folders and its database; processes are started one by one.
+#[derive(Debug)]
+pub struct Service {
+    folder: TempDir,
+    database: String,
+    root: PathBuf,
+    lease: f64,
+    address: String,
+}
+
+impl Service {
+    /// A service without any process yet, for meshes below `root`; `None`, with a printed reason, where its database cannot be had.
+    ///
+    /// # Panics
+    /// If its folder cannot be made.
+    #[must_use]
+    pub fn new(test: &str, database: Database, root: &Path, lease: f64) -> Option<Self> {
+        let folder = TempDir::new().expect("a temporary folder");
+        let database = match database {
+            Database::Sqlite => format!("sqlite:{}", folder.path().join("jobs.db").display()),
+            Database::Postgres => postgres::database(test)?,
+        };
+        Some(Self { folder, database, root: root.to_owned(), lease, address: String::new() })
+    }
+
+    /// The folder of its artefacts.
+    #[must_use]
+    pub fn store(&self) -> PathBuf {
+        self.folder.path().join("store")
+    }
+
+    fn arguments(&self, command: &str, data: &str, more: &[&str]) -> Vec<String> {
+        let data = self.folder.path().join(data).display().to_string();
+        let (store, root) = (self.store().display().to_string(), self.root.display().to_string());
+        let lease = self.lease.to_string();
+        let all = [
+            command,
+            "--data",
+            &data,
+            "--database",
+            &self.database,
+            "--store",
+            &store,
+            "--source-root",
+            &root,
+            "--lease",
+            &lease,
+        ];
+        all.iter().chain(more).map(|a| (*a).to_owned()).collect()
+    }
+
+    /// Starts a coordinator; the last one is asked from then on. With `--all` it works as well.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn serve(&mut self, more: &[&str]) -> Process {
+        let more = [&["--listen", "127.0.0.1:0"], more].concat();
+        let (process, line) = Process::start(&self.arguments("serve", "serve", &more), Some("listening on "));
+        self.address = line.trim().trim_start_matches("listening on ").to_owned();
+        process
+    }
+
+    /// Starts a worker with one slot.
+    ///
+    /// # Panics
+    /// If it does not start.
+    #[must_use]
+    pub fn work(&self, more: &[&str]) -> Process {
+        Process::start(&self.arguments("work", "work", &[&["--slots", "1"], more].concat()), None).0
+    }
+
+    /// Asks the coordinator.
+    ///
+    /// # Panics
+    /// If it does not answer well.
+    #[must_use]
+    pub fn get(&self, path: &str) -> Value {
+        let url = format!("{}/api/v1{path}", self.address);
+        let mut answer = ureq::get(&url).call().unwrap_or_else(|e| panic!("{url}: {e}"));
+        answer.body_mut().read_json().expect("JSON")
+    }
+
+    /// Tells the coordinator.
+    ///
+    /// # Panics
+    /// If it does not answer well.
+    pub fn post(&self, path: &str, body: &Value) -> Value {
+        let url = format!("{}/api/v1{path}", self.address);
+        let mut answer = ureq::post(&url).send_json(body).unwrap_or_else(|e| panic!("{url}: {e}"));
+        answer.body_mut().read_json().expect("JSON")
+    }
+
+    /// Submits a job; gives its id.
+    ///
+    /// # Panics
+    /// If it is refused.
+    #[must_use]
+    pub fn submit(&self, source: &Path, city: &str, parameters: &Value) -> String {
+        let body = serde_json::json!({ "source": source, "city": city, "parameters": parameters });
+        self.post("/jobs", &body)["id"].as_str().expect("an id").to_owned()
+    }
+
+    /// The state of a job.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn state(&self, job: &str) -> String {
+        self.get(&format!("/jobs/{job}"))["state"].as_str().expect("a state").to_owned()
+    }
+
+    /// Waits until a job is over, and gives its state.
+    ///
+    /// # Panics
+    /// If it is not in time.
+    #[must_use]
+    pub fn wait(&self, job: &str, limit: Duration) -> String {
+        let begin = Instant::now();
+        loop {
+            let shown = self.get(&format!("/jobs/{job}"));
+            if shown["finished"].is_string() {
+                return shown["state"].as_str().expect("a state").to_owned();
+            }
+            assert!(begin.elapsed() < limit, "not over in {limit:?}: {shown}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Waits until a job has ended in a state.
+    ///
+    /// # Panics
+    /// If it is not in time, or ends in another state.
+    pub fn expect(&self, job: &str, state: &str, limit: Duration) {
+        let found = self.wait(job, limit);
+        assert_eq!(found, state, "{}", self.get(&format!("/jobs/{job}")));
+    }
+
+    /// Waits until a job has come to a stage.
+    ///
+    /// # Panics
+    /// If it does not in time.
+    pub fn wait_for_stage(&self, job: &str, stages: &[&str], limit: Duration) {
+        let begin = Instant::now();
+        loop {
+            let shown = self.get(&format!("/jobs/{job}"));
+            if shown["started"].is_string() && stages.iter().any(|s| shown["stage"] == *s) {
+                return;
+            }
+            assert!(begin.elapsed() < limit && !shown["finished"].is_string(), "never in {stages:?}: {shown}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// All events of a job.
+    ///
+    /// # Panics
+    /// If they cannot be had.
+    #[must_use]
+    pub fn events(&self, job: &str) -> Vec<Value> {
+        let mut all: Vec<Value> = Vec::new();
+        loop {
+            let page = self.get(&format!("/jobs/{job}/events?since={}&limit=1000", all.len()));
+            let page = page.as_array().expect("a list");
+            if page.is_empty() {
+                return all;
+            }
+            all.extend(page.iter().cloned());
+        }
+    }
+
+    /// What changed between two generations of a city, as the database has it: ids, and `added`, `removed` or `changed`.
+    ///
+    /// # Panics
+    /// If it cannot be had.
+    #[must_use]
+    pub fn changes(&self, city: &str, from: i64, to: i64) -> Vec<(String, String)> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
+        runtime.block_on(async {
+            let store = gable_job_store::Store::connect(&self.database).await.expect("the database opens");
+            let changes = store.changes(city, from, to, None, 10_000).await.expect("they can be compared");
+            store.close().await;
+            let kind = |kind| serde_json::to_value(kind).ok().and_then(|k| k.as_str().map(str::to_owned));
+            changes.into_iter().map(|c| (c.id, kind(c.kind).expect("a name"))).collect()
+        })
+    }
+
+    /// The units of a job: stage, unit, state and reason.
+    ///
+    /// # Panics
+    /// If they cannot be had.
+    #[must_use]
+    pub fn units(&self, job: &str) -> Vec<[String; 4]> {
+        let text = |v: &Value| v.as_str().unwrap_or_default().to_owned();
+        let units = self.get(&format!("/jobs/{job}/blocks"));
+        let units = units.as_array().expect("a list").iter();
+        units.map(|u| [text(&u["stage"]), text(&u["unit"]), text(&u["state"]), text(&u["reason"])]).collect()
+    }
+
+    /// The files of a job's result, by name.
+    ///
+    /// # Panics
+    /// If they cannot be had.
+    #[must_use]
+    pub fn files(&self, job: &str) -> Files {
+        let listed = self.get(&format!("/jobs/{job}/files"));
+        let names = listed.as_array().expect("a list").iter().map(|f| f["path"].as_str().expect("a path").to_owned());
+        names
+            .map(|name| {
+                let url = format!("{}/api/v1/jobs/{job}/files/{name}", self.address);
+                let mut answer = ureq::get(&url).call().unwrap_or_else(|e| panic!("{url}: {e}"));
+                (name, answer.body_mut().read_to_vec().expect("its content"))
+            })
+            .collect()
+    }
+}
+
+/// All files below a folder, by name.
+///
+/// # Panics
+/// If they cannot be read.
+#[must_use]
+pub fn files_of(folder: &Path) -> Files {
+    let mut files = Files::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(&next).unwrap_or_else(|e| panic!("{}: {e}", next.display())) {
+            let path = entry.expect("a readable folder").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("below it").to_string_lossy().into_owned();
+                files.insert(name, std::fs::read(&path).expect("a readable file"));
+            }
+        }
+    }
+    files
+}
+
+/// Fails unless two results have the same files with the same bytes. The report tells times, so of it only the rest counts.
+///
+/// # Panics
+/// If they differ.
+pub fn same_models(found: &Files, expected: &Files) {
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, bytes) in expected {
+        match name.as_str() {
+            "report.html" => {}
+            "report.json" => assert_eq!(timeless(&found[name]), timeless(bytes)),
+            _ => assert!(&found[name] == bytes, "{name} differs"),
+        }
+    }
+}
+
+/// A report without what no two runs have in common.
+fn timeless(report: &[u8]) -> Value {
+    let mut report: Value = serde_json::from_slice(report).expect("JSON");
+    for member in ["stages", "seconds", "peak_memory_bytes", "threads"] {
+        report[member] = Value::Null;
+    }
+    for block in report["blocks"].as_array_mut().expect("blocks") {
+        block["seconds"] = Value::Null;
+    }
+    report
+}
+
+/// Stops the tests' Postgres for a while, as a machine that fails would, and starts it again.
+///
+/// # Panics
+/// If it cannot be stopped or started.
+pub fn pause_postgres(time: Duration) {
+    let programs = postgres::programs().expect("Postgres is installed");
+    let control = |arguments: &[&str]| {
+        let status = postgres::user(&programs.join("pg_ctl").to_string_lossy())
+            .arg("-D")
+            .arg(postgres::folder().join("data"))
+            .arg("-l")
+            .arg(postgres::folder().join("log"))
+            .arg("-w")
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+        assert!(status.expect("pg_ctl runs").success(), "pg_ctl {arguments:?}");
+    };
+    let options = std::fs::read_to_string(postgres::folder().join("data/postmaster.opts")).expect("its options");
+    let options = options.split_once(' ').map_or("", |(_, rest)| rest.trim()).replace('"', "'");
+    control(&["-m", "immediate", "stop"]);
+    std::thread::sleep(time);
+    control(&["-o", &options, "start"]);
+}
