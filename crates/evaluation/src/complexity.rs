@@ -13,6 +13,9 @@ pub struct Size {
     pub buildings: usize,
     /// Polygons.
     pub polygons: usize,
+    /// Those of them that are roof. Walls between houses of a row, which a model of the whole row does not have, do not
+    /// count here.
+    pub roof_polygons: usize,
     /// Triangles of their triangulation.
     pub triangles: usize,
     /// Different positions (to 0.1 mm) in each building.
@@ -24,6 +27,8 @@ pub struct Size {
 pub struct PerBuilding {
     /// Polygons.
     pub polygons: f64,
+    /// Those of them that are roof.
+    pub roof_polygons: f64,
     /// Triangles.
     pub triangles: f64,
     /// Vertices.
@@ -54,24 +59,26 @@ fn size<'a>(city: &City<'_>, members: impl IntoIterator<Item = &'a usize>) -> Si
         let vertices: BTreeSet<[i64; 3]> = object.facets.iter().flat_map(|f| f.corners).map(key).collect();
         out.buildings += 1;
         out.polygons += polygons.len();
+        out.roof_polygons += object.roof().map(|f| f.face).collect::<BTreeSet<u32>>().len();
         out.triangles += object.facets.len();
         out.vertices += vertices.len();
     }
     out
 }
 
-fn against(part: Size, whole: [f64; 3]) -> PerBuilding {
+fn against(part: Size, whole: [f64; 4]) -> PerBuilding {
     PerBuilding {
         polygons: ratio(part.polygons as f64, whole[0]),
-        triangles: ratio(part.triangles as f64, whole[1]),
-        vertices: ratio(part.vertices as f64, whole[2]),
+        roof_polygons: ratio(part.roof_polygons as f64, whole[1]),
+        triangles: ratio(part.triangles as f64, whole[2]),
+        vertices: ratio(part.vertices as f64, whole[3]),
     }
 }
 
 /// All of a model, and its means.
 pub(crate) fn whole(city: &City<'_>) -> (Size, PerBuilding) {
     let all = size(city, &(0..city.objects.len()).collect::<Vec<_>>());
-    (all, against(all, [all.buildings as f64; 3]))
+    (all, against(all, [all.buildings as f64; 4]))
 }
 
 pub(crate) fn complexity(truth: &City<'_>, result: &City<'_>, matches: &[BlockMatch]) -> Complexity {
@@ -84,7 +91,7 @@ pub(crate) fn complexity(truth: &City<'_>, result: &City<'_>, matches: &[BlockMa
         result_per_building,
         against_truth: against(
             size(result, &partners),
-            [ours.polygons as f64, ours.triangles as f64, ours.vertices as f64],
+            [ours.polygons, ours.roof_polygons, ours.triangles, ours.vertices].map(|n| n as f64),
         ),
         truth: t,
         result: r,

@@ -5,7 +5,7 @@ use crate::statistics::ratio;
 use gable_geometry::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Neighbouring faces are one plane up to this angle, degrees …
 const SAME_ANGLE_DEG: f64 = 1.0;
@@ -121,14 +121,21 @@ pub struct PlaneMatches {
     pub one_to_one_area: f64,
 }
 
+/// Which planes are large enough to count, with the area that is seen, and which of them are partners.
+pub(crate) struct Partners {
+    truth: BTreeMap<u32, f64>,
+    result: BTreeMap<u32, f64>,
+    /// Pairs (truth, result).
+    pub(crate) pairs: BTreeSet<(u32, u32)>,
+}
+
 /// Planes are those of truth and result; `seen` is the area of the truth's planes that is not under another roof and
 /// `shared` the area that pairs of planes (truth, result) share, in plan, m².
-pub(crate) fn match_planes(
+pub(crate) fn partners(
     [truth, result]: [&RoofPlanes; 2],
     seen: &BTreeMap<u32, f64>,
     shared: &BTreeMap<(u32, u32), f64>,
-) -> PlaneMatches {
-    let n = truth.planes.len();
+) -> Partners {
     let large = |planes: &RoofPlanes, p: u32, seen: f64| {
         seen >= LEAST_AREA && planes.planes[p as usize].plan_area >= LEAST_AREA
     };
@@ -138,10 +145,18 @@ pub(crate) fn match_planes(
         *theirs.entry(r).or_default() += area;
     }
     theirs.retain(|&r, &mut area| large(result, r, area));
-    let links = shared.iter().filter_map(|(&(t, r), &area)| {
+    let pairs = shared.iter().filter_map(|(&(t, r), &area)| {
         let smaller = ours.get(&t)?.min(result.planes[r as usize].plan_area);
-        (theirs.contains_key(&r) && area >= SHARED * smaller).then_some((t as usize, n + r as usize))
+        (theirs.contains_key(&r) && area >= SHARED * smaller).then_some((t, r))
     });
+    Partners { pairs: pairs.collect(), truth: ours, result: theirs }
+}
+
+/// How the planes of the truth are represented.
+pub(crate) fn match_planes([truth, result]: [&RoofPlanes; 2], partners: &Partners) -> PlaneMatches {
+    let n = truth.planes.len();
+    let Partners { truth: ours, result: theirs, pairs } = partners;
+    let links = pairs.iter().map(|&(t, r)| (t as usize, n + r as usize));
     let mut out = PlaneMatches { truth: ours.len(), result: theirs.len(), ..PlaneMatches::default() };
     let mut single = 0.0;
     for group in groups(n + result.planes.len(), links) {

@@ -3,7 +3,7 @@
 use crate::city::City;
 use crate::footprints::BlockMatch;
 use crate::height_raster::{HeightRaster, NONE};
-use crate::planes::{PlaneMatches, RoofPlanes, match_planes};
+use crate::planes::{PlaneMatches, RoofPlanes, match_planes, partners};
 use crate::statistics::{Spread, mean, median, ratio};
 use gable_city_model::Shell;
 use gable_geometry::DVec3;
@@ -29,6 +29,10 @@ pub struct Roofs {
     pub height_rmse_median: f64,
     /// The same over buildings of 50 m² or more.
     pub height_rmse_median_from_50: f64,
+    /// The same over the samples where a plane of the truth lies under a partner of its own (see [`PlaneMatches`]): without
+    /// strips along walls that stand a little beside their place, where one roof is compared with another. Buildings
+    /// of which no plane has a partner are left out.
+    pub height_rmse_of_planes_median_from_50: f64,
     /// Height RMSE over all samples, metres.
     pub height_rmse: f64,
     /// Mean of result minus truth over all samples, metres.
@@ -65,6 +69,8 @@ pub(crate) struct RoofFit {
     eave: [f64; 2],
     /// Area in plan of pairs of planes (truth, result), m².
     shared: BTreeMap<(u32, u32), f64>,
+    /// Sum of squares of the errors of these pairs, and their number.
+    squares: BTreeMap<(u32, u32), (f64, usize)>,
     /// Area in plan of the truth's planes that is not under another roof, m².
     seen: BTreeMap<u32, f64>,
 }
@@ -76,6 +82,13 @@ impl RoofFit {
 
     pub(crate) fn rmse(&self) -> f64 {
         Spread::of(self.errors.iter().map(|e| e.abs()).collect()).rms
+    }
+
+    /// RMSE over the samples of some pairs of planes; `None` if there are none.
+    fn rmse_of(&self, pairs: &BTreeSet<(u32, u32)>) -> Option<f64> {
+        let these = self.squares.iter().filter(|(pair, _)| pairs.contains(pair));
+        let (sum, count) = these.fold((0.0, 0), |(s, n), (_, &(sum, count))| (s + sum, n + count));
+        (count > 0).then(|| (sum / count as f64).sqrt())
     }
 
     fn new(object: usize, truth: &City<'_>, result: &City<'_>, planes: [&RoofPlanes; 2], step: f64) -> Self {
@@ -110,7 +123,10 @@ impl RoofFit {
                 out.ridge[k] = out.ridge[k].max(z[k]);
                 out.eave[k] = out.eave[k].min(z[k]);
             }
-            *out.shared.entry((ours.tag[at], theirs.tag[at])).or_default() += step * step;
+            let pair = (ours.tag[at], theirs.tag[at]);
+            *out.shared.entry(pair).or_default() += step * step;
+            let sums = out.squares.entry(pair).or_default();
+            *sums = (sums.0 + (z[1] - z[0]).powi(2), sums.1 + 1);
         }
         // Directions are the same for all samples of a pair of planes.
         for (&(t, r), area) in &out.shared {
@@ -158,6 +174,9 @@ pub(crate) fn roofs(
         }
     }
     let seen = fits.iter().flat_map(|f| f.seen.iter().map(|(&p, &a)| (p, a))).collect();
+    let partners = partners(planes, &seen, &shared);
+    let large = matched.iter().filter(|(i, _)| truth.objects[*i].area >= 50.0);
+    let of_planes = large.filter_map(|(_, f)| f.rmse_of(&partners.pairs)).collect();
     let samples: usize = fits.iter().map(|f| f.samples).sum();
     let covered: usize = fits.iter().map(|f| f.errors.len()).sum();
     Roofs {
@@ -165,6 +184,7 @@ pub(crate) fn roofs(
         covered: ratio(covered as f64, samples as f64),
         height_rmse_median: median(rmse.iter().map(|p| p.1).collect()),
         height_rmse_median_from_50: median(rmse.iter().filter(|p| p.0 >= 50.0).map(|p| p.1).collect()),
+        height_rmse_of_planes_median_from_50: median(of_planes),
         height_rmse: Spread::of(errors().map(f64::abs).collect()).rms,
         height_bias: mean(errors()),
         slope_error_deg: mean(matched.iter().flat_map(|(_, f)| f.slope.iter().copied())),
@@ -174,7 +194,7 @@ pub(crate) fn roofs(
         eave_error: absolute(&eave),
         eave_bias: mean(eave),
         volume_ratio: volume_ratio(truth, result, matches),
-        planes: match_planes([planes[0], planes[1]], &seen, &shared),
+        planes: match_planes(planes, &partners),
     }
 }
 

@@ -73,6 +73,7 @@ pub(crate) fn inspection(i: &Inspection) -> Vec<Section> {
     size.row("buildings", [i.size.buildings.to_string()]);
     for (name, all, mean) in [
         ("polygons", i.size.polygons, i.per_building.polygons),
+        ("roof polygons", i.size.roof_polygons, i.per_building.roof_polygons),
         ("triangles", i.size.triangles, i.per_building.triangles),
         ("vertices", i.size.vertices, i.per_building.vertices),
     ] {
@@ -133,6 +134,7 @@ fn roofs(e: &Evaluation) -> Section {
         ("roof area covered", percent(r.covered)),
         ("height RMSE, median of buildings", metres(r.height_rmse_median)),
         ("height RMSE, median from 50 m²", metres(r.height_rmse_median_from_50)),
+        ("height RMSE within planes, median from 50 m²", metres(r.height_rmse_of_planes_median_from_50)),
         ("height RMSE, all samples", metres(r.height_rmse)),
         ("height bias", metres(r.height_bias)),
         ("slope error", degrees(r.slope_error_deg)),
@@ -198,6 +200,12 @@ fn complexity(e: &Evaluation) -> Section {
     let (t, r, a) = (&c.truth_per_building, &c.result_per_building, &c.against_truth);
     for (name, counts, means, ratio) in [
         ("polygons", [c.truth.polygons, c.result.polygons], [t.polygons, r.polygons], a.polygons),
+        (
+            "roof polygons",
+            [c.truth.roof_polygons, c.result.roof_polygons],
+            [t.roof_polygons, r.roof_polygons],
+            a.roof_polygons,
+        ),
         ("triangles", [c.truth.triangles, c.result.triangles], [t.triangles, r.triangles], a.triangles),
         ("vertices", [c.truth.vertices, c.result.vertices], [t.vertices, r.vertices], a.vertices),
     ] {

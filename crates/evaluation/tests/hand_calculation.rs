@@ -195,6 +195,25 @@ fn a_simplified_copy_has_the_errors_of_a_flat_roof() {
     assert_eq!((back.roofs.planes.one_to_many, back.roofs.planes.result), (1, 2));
 }
 
+/// A wall that stands 1 m beside its place puts a strip of 10 m² under the roof of the neighbour, 6 m lower. Seen as a map the
+/// roofs are right, and the figure within planes says so; that of whole buildings tells of the strip.
+#[test]
+fn a_strip_along_a_wall_is_no_error_of_the_plane() {
+    let truth = city(vec![house("high", 0., 0., 10., 10., 10.), house("low", 10., 0., 10., 10., 4.)]);
+    let result = city(vec![house("high", 0., 0., 9., 10., 10.3), house("low", 9., 0., 11., 10., 4.)]);
+    let e = judge(&truth, &result);
+    let high = (0.9 * 0.3_f64.powi(2) + 0.1 * 6.0_f64.powi(2)).sqrt();
+    near(e.roofs.height_rmse_median_from_50, high / 2.0, 1e-9);
+    near(e.roofs.height_rmse_of_planes_median_from_50, 0.3 / 2.0, 1e-9);
+    // One roof over both, whose plane is partner of both: nothing is left out.
+    let flat = judge(&truth, &city(vec![house("row", 0., 0., 20., 10., 7.)]));
+    near(flat.roofs.height_rmse_of_planes_median_from_50, 3.0, 1e-9);
+    // Two boxes against one.
+    near(flat.complexity.against_truth.roof_polygons, 0.5, 1e-12);
+    near(flat.complexity.against_truth.polygons, 0.5, 1e-12);
+    assert_eq!((flat.complexity.truth.roof_polygons, flat.complexity.result.roof_polygons), (2, 1));
+}
+
 #[test]
 fn a_turned_roof_has_the_angle() {
     let shed = |rise: [f64; 4]| {

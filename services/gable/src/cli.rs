@@ -292,6 +292,8 @@ Examples:
   gable bench house block
   gable bench district --truth delft.city.jsonl --write tests/benchmarks
   gable bench block --rows default,planes --tuning --json
+  gable bench block --variants --grids --one-thread
+  gable bench district --leave-out \"district:zhu2018=an hour of modelling\" --write tests/benchmarks
 
 Scenes: house 0.01, block 0.048, district 1.38, city 12.2 km². Rows: default, zhu2018 (the published method), and the
 oracles, which are fed with truth: labels; footprints; planes (with footprints). What a stage loses is the
@@ -313,6 +315,18 @@ pub(crate) struct BenchArgs {
     /// Buildings of district and city from a CityJSON file, instead of procedural ones
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
+    /// A row of a scene that is not run; the reason stands in the table; may be given many times
+    #[arg(long, value_name = "SCENE:ROW=REASON")]
+    pub(crate) leave_out: Vec<String>,
+    /// Besides, the default row on harder scenes: slope 15 %, 3 and 15 faces per m², no texture, noise × 2
+    #[arg(long)]
+    pub(crate) variants: bool,
+    /// Besides, the default row in 1x1 and 16x16 blocks, compared building by building
+    #[arg(long)]
+    pub(crate) grids: bool,
+    /// Besides, the default row on one thread
+    #[arg(long)]
+    pub(crate) one_thread: bool,
     /// Other seeds: those that may be tuned on
     #[arg(long)]
     pub(crate) tuning: bool,

@@ -140,12 +140,17 @@ impl Columns {
 
     /// The column over a place, the nearest one outside the window.
     pub(crate) fn at(&self, p: DVec2) -> &Column {
-        let clamp = |v: f64, origin: i64, n: usize| (((v / COLUMN).floor() as i64 - origin).max(0) as usize).min(n - 1);
-        &self.data[clamp(p.y, self.y0, self.height) * self.width + clamp(p.x, self.x0, self.width)]
+        &self.data[self.index(p)]
     }
 
-    /// Calls `f` for each column with its centre in a box.
-    fn each(&mut self, bounds: &Box2, mut f: impl FnMut(DVec2, &mut Column)) {
+    /// Number of the column over a place, the nearest one outside the window.
+    pub(crate) fn index(&self, p: DVec2) -> usize {
+        let clamp = |v: f64, origin: i64, n: usize| (((v / COLUMN).floor() as i64 - origin).max(0) as usize).min(n - 1);
+        clamp(p.y, self.y0, self.height) * self.width + clamp(p.x, self.x0, self.width)
+    }
+
+    /// Calls `f` with the number and the centre of each column with its centre in a box.
+    pub(crate) fn each_index(&self, bounds: &Box2, mut f: impl FnMut(usize, DVec2)) {
         let range = |lo: f64, hi: f64, origin: i64, n: usize| {
             let a = ((lo / COLUMN - 0.5).ceil() as i64 - origin).clamp(0, n as i64) as usize;
             let b = ((hi / COLUMN - 0.5).floor() as i64 + 1 - origin).clamp(0, n as i64) as usize;
@@ -153,10 +158,16 @@ impl Columns {
         };
         for j in range(bounds.min.y, bounds.max.y, self.y0, self.height) {
             for i in range(bounds.min.x, bounds.max.x, self.x0, self.width) {
-                let p = self.centre(i, j);
-                f(p, &mut self.data[j * self.width + i]);
+                f(j * self.width + i, self.centre(i, j));
             }
         }
+    }
+
+    /// Calls `f` for each column with its centre in a box.
+    fn each(&mut self, bounds: &Box2, mut f: impl FnMut(DVec2, &mut Column)) {
+        let mut data = std::mem::take(&mut self.data);
+        self.each_index(bounds, |k, p| f(p, &mut data[k]));
+        self.data = data;
     }
 
     /// The relief is smooth: it is computed at every eighth column of an absolute lattice and interpolated.

@@ -176,6 +176,7 @@ pub(crate) fn decimate(mesh: &TriMesh, target: usize) -> TriMesh {
             }
         }
     }
+    let mut around = [Vec::new(), Vec::new()];
     while left > target {
         let Some(best) = queue.pop(|c| work.holds(c)) else { break };
         if !work.holds(&best) {
@@ -183,11 +184,12 @@ pub(crate) fn decimate(mesh: &TriMesh, target: usize) -> TriMesh {
         }
         let (u, v) = (best.u, best.v);
         let place = work.best_place(u, v).0;
-        if !work.may_collapse(u, v, place) {
+        if !work.may_collapse(u, v, place, &mut around) {
             continue;
         }
         left -= work.collapse(u, v, place);
-        for w in work.neighbours(u) {
+        work.neighbours(u, &mut around[0]);
+        for &w in &around[0] {
             push(&work, &mut queue, u.min(w), u.max(w));
         }
     }
@@ -296,17 +298,19 @@ impl Work {
         self.around[u as usize].iter().filter(|&&f| self.faces[f as usize].contains(&v)).count()
     }
 
-    fn neighbours(&self, v: u32) -> Vec<u32> {
-        let mut out: Vec<u32> =
-            self.around[v as usize].iter().flat_map(|&f| self.faces[f as usize]).filter(|&w| w != v).collect();
+    /// The neighbours of a vertex, ascending, in place of what is in `out`.
+    fn neighbours(&self, v: u32, out: &mut Vec<u32>) {
+        out.clear();
+        out.extend(self.around[v as usize].iter().flat_map(|&f| self.faces[f as usize]).filter(|&w| w != v));
         out.sort_unstable();
         out.dedup();
-        out
     }
 
     /// The link condition (at most two common neighbours) and no face that turns over or degenerates.
-    fn may_collapse(&self, u: u32, v: u32, place: DVec3) -> bool {
-        let (a, b) = (self.neighbours(u), self.neighbours(v));
+    fn may_collapse(&self, u: u32, v: u32, place: DVec3, around: &mut [Vec<u32>; 2]) -> bool {
+        let [a, b] = around;
+        self.neighbours(u, a);
+        self.neighbours(v, b);
         let common = a.iter().filter(|w| b.binary_search(w).is_ok()).count();
         if common > 2 || a.len() + b.len() > 22 {
             return false;

@@ -3,12 +3,12 @@
 use super::patterns::{self, Rgb, blend, scale};
 use crate::noise::{hash, noise2, unit};
 use crate::scene::Scene;
-use crate::scene::building::SceneBuilding;
+use crate::scene::building::{Rim, SceneBuilding};
 use crate::scene::objects::{Cover, Thing};
 use crate::sensing::COLUMN;
 use crate::sensing::columns::{Class, Column, Columns, NONE, Slab};
 use crate::sensing::horizon::{Heights, directed_horizon};
-use gable_geometry::{DVec2, DVec3, point_segment_distance};
+use gable_geometry::{Box2, DVec2, DVec3, point_segment_distance};
 
 /// Direction to the sun: azimuth 214° (south-south-west), elevation 43°.
 const SUN: DVec3 = DVec3::new(-0.409, -0.606, 0.682);
@@ -16,6 +16,9 @@ const SUN: DVec3 = DVec3::new(-0.409, -0.606, 0.682);
 /// Where the camera's curve bends, and what is left above it, of 255.
 const SHOULDER: f32 = 170.0;
 const ROOM: f32 = 255.0 - SHOULDER;
+
+/// Rims are known to columns up to this distance, metres: more than facades show at the eaves, and a column's size.
+const NEAR: f64 = 0.8;
 
 /// Kinds of surface.
 #[derive(Clone, Copy)]
@@ -35,6 +38,8 @@ pub(crate) struct Painter<'a> {
     columns: &'a Columns,
     /// For each column the height above which the sun shines.
     sun: Vec<f32>,
+    /// For each column the building and the number of the rim that is nearest, within [`NEAR`].
+    rims: Vec<(u32, u32)>,
 }
 
 impl<'a> Painter<'a> {
@@ -47,7 +52,7 @@ impl<'a> Painter<'a> {
         let ground = SUN.truncate().length();
         let direction = [(SUN.x / ground) as f32, (SUN.y / ground) as f32];
         let sun = directed_horizon(&top, direction, (SUN.z / ground) as f32, COLUMN as f32);
-        Self { scene, columns, sun }
+        Self { scene, columns, sun, rims: nearest_rims(scene, columns) }
     }
 
     /// Class of the object that a face of the mesh stands for.
@@ -92,13 +97,14 @@ impl<'a> Painter<'a> {
             Surface::Roof | Surface::Eave => match building {
                 Some(b) => {
                     light = b.roof.get(column.face as usize).map_or(normal, |f| f.plane.normal());
-                    self.edge_leak(b, q, patterns::roof(b, column.face as usize, q))
+                    self.edge_leak(b, column.building, q, patterns::roof(b, column.face as usize, q))
                 }
                 None => [150.0, 150.0, 150.0],
             },
             Surface::Facade | Surface::Balcony => match building {
                 Some(b) => {
-                    let (u, corner, wall, outward) = wall_place(b, q);
+                    let near = self.nearest_rim(b, column.building, q).or_else(|| full_search(b, q));
+                    let (u, corner, wall, outward) = wall_place(b, near, q);
                     light = outward.extend(0.0);
                     patterns::facade(b, u, corner, p.z, wall)
                 }
@@ -130,10 +136,21 @@ impl<'a> Painter<'a> {
     }
 
     /// Facades show through within a hand of the roof's edge: pictures from the side see them there.
-    fn edge_leak(&self, building: &SceneBuilding, q: DVec2, roof: Rgb) -> Rgb {
+    fn edge_leak(&self, building: &SceneBuilding, number: u32, q: DVec2, roof: Rgb) -> Rgb {
+        let Some(near) = self.nearest_rim(building, number, q) else { return roof };
         let reach = 0.28 + 0.22 * noise2(building.seed ^ 0x1eaf, 2.2, q.x, q.y);
-        let near = building.rims.iter().map(|r| point_segment_distance(q, r.from, r.to)).fold(f64::INFINITY, f64::min);
+        let rim = building.rims[near];
+        let near = point_segment_distance(q, rim.from, rim.to);
         if near < reach { blend(roof, building.style.facade, 0.75 * (1.0 - near / reach)) } else { roof }
+    }
+
+    /// The rim of a building nearest to a place; `None` if none is within [`NEAR`].
+    fn nearest_rim(&self, building: &SceneBuilding, number: u32, q: DVec2) -> Option<usize> {
+        match self.rims[self.columns.index(q)] {
+            (NONE, _) => None,
+            (found, rim) if found == number => Some(rim as usize),
+            _ => full_search(building, q),
+        }
     }
 
     /// Share of the sun that reaches a place, soft over half a metre.
@@ -194,19 +211,37 @@ fn within(column: &Column, z: f32, steep: bool) -> Surface {
     Surface::Ground
 }
 
-/// Distance along the nearest wall, distance to its nearer end, its number and its outward normal.
-fn wall_place(building: &SceneBuilding, q: DVec2) -> (f64, f64, usize, DVec2) {
-    let mut best = (f64::INFINITY, 0);
-    for (i, rim) in building.rims.iter().enumerate() {
-        let d = point_segment_distance(q, rim.from, rim.to);
-        if d < best.0 {
-            best = (d, i);
+/// For each column of the window the nearest rim within [`NEAR`], with its building.
+fn nearest_rims(scene: &Scene, columns: &Columns) -> Vec<(u32, u32)> {
+    let mut best = vec![(f32::INFINITY, NONE, 0); columns.data.len()];
+    for b in scene.buildings_in(&columns.window()) {
+        for (n, rim) in scene.buildings[b].rims.iter().enumerate() {
+            columns.each_index(&Box2::of([rim.from, rim.to]).grown(NEAR), |k, p| {
+                let distance = point_segment_distance(p, rim.from, rim.to) as f32;
+                if distance < best[k].0.min(NEAR as f32) {
+                    best[k] = (distance, b as u32, n as u32);
+                }
+            });
         }
     }
-    let Some(rim) = building.rims.get(best.1) else { return (q.x, 1.0, 0, DVec2::X) };
+    best.into_iter().map(|(_, b, n)| (b, n)).collect()
+}
+
+/// The nearest rim of a building.
+fn full_search(building: &SceneBuilding, q: DVec2) -> Option<usize> {
+    let distance = |r: &Rim| point_segment_distance(q, r.from, r.to);
+    let all = building.rims.iter().map(distance).enumerate();
+    all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(n, _)| n)
+}
+
+/// Distance along a wall, distance to its nearer end, its number and its outward normal.
+fn wall_place(building: &SceneBuilding, near: Option<usize>, q: DVec2) -> (f64, f64, usize, DVec2) {
+    let Some((wall, rim)) = near.and_then(|n| Some((n, building.rims.get(n)?))) else {
+        return (q.x, 1.0, 0, DVec2::X);
+    };
     let along = (rim.to - rim.from).normalize_or(DVec2::X);
     let u = (q - rim.from).dot(along);
-    (u, u.min(rim.from.distance(rim.to) - u), best.1, -along.perp())
+    (u, u.min(rim.from.distance(rim.to) - u), wall, -along.perp())
 }
 
 /// Gain of the picture that a face was taken from: pictures change every 35 m or so, and with the side.
