@@ -5,6 +5,7 @@
 
 use crate::database::Tx;
 use crate::events::About;
+use crate::names::named;
 use crate::{Artifact, EventKind, JobStoreError, Store};
 use serde::{Deserialize, Serialize};
 use sqlx::any::AnyRow;
@@ -85,16 +86,16 @@ pub struct Publication {
     pub buildings: Vec<CityBuilding>,
 }
 
-/// What became of a building between two generations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ChangeKind {
-    /// Only the later one has it.
-    Added,
-    /// Only the earlier one has it.
-    Removed,
-    /// Both have it, with other geometries or attributes.
-    Changed,
+named! {
+    /// What became of a building between two generations.
+    ChangeKind, "kind of a change", {
+        /// Only the later one has it.
+        Added = "added",
+        /// Only the earlier one has it.
+        Removed = "removed",
+        /// Both have it, with other geometries or attributes.
+        Changed = "changed",
+    }
 }
 
 /// A building that two generations do not have in common.
@@ -337,6 +338,21 @@ impl Store {
             .fetch_all(&self.pool)
             .await?;
         rows.iter().map(Artifact::read).collect()
+    }
+
+    /// A file of a generation; none if it has no such one.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn city_file(&self, city: &str, generation: i64, path: &str) -> Result<Option<Artifact>, JobStoreError> {
+        let statement = format!("SELECT path, blob, bytes FROM city_file WHERE city = $1 AND {HOLDS} AND path = $3");
+        let row = sqlx::query(AssertSqlSafe(statement))
+            .bind(city)
+            .bind(generation)
+            .bind(path)
+            .fetch_optional(&self.pool)
+            .await?;
+        row.as_ref().map(Artifact::read).transpose()
     }
 
     /// Publishes what a job made as its city's next generation, and notes it among the job's events. Held back, with the

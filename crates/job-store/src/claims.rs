@@ -6,7 +6,7 @@
 
 use crate::database::Tx;
 use crate::events::About;
-use crate::{Artifact, EventKind, JobState, JobStoreError, NewTask, Publication, Store};
+use crate::{Artifact, Attempt, EventKind, JobState, JobStoreError, NewTask, Publication, Store, TaskState};
 use sqlx::Row;
 use std::time::Duration;
 
@@ -166,8 +166,11 @@ impl Store {
         let mut tx = self.begin().await?;
         let kind = if result.reused { EventKind::Reused } else { EventKind::Done };
         self.about(&mut tx, claim, kind, None).await?;
-        let state = if result.reused { "reused" } else { "done" };
-        self.leave(&mut tx, claim, state, None).await?;
+        let (state, outcome) = match result.reused {
+            true => (TaskState::Reused, Attempt::Reused),
+            false => (TaskState::Done, Attempt::Done),
+        };
+        let took = self.leave(&mut tx, claim, state, None).await?;
         self.add_artifacts(&mut tx, &claim.job, claim.stage, &result.artifacts).await?;
         self.add_tasks(&mut tx, &claim.job, claim.stage, &result.tasks).await?;
         if let Some(key) = &result.key
@@ -179,6 +182,8 @@ impl Store {
             self.publish(&mut tx, &claim.job, publication).await?;
         }
         self.advance(&mut tx, &claim.job).await?;
+        let bytes = result.artifacts.iter().map(|a| a.bytes).sum();
+        self.count(&mut tx, claim.stage, outcome, took, bytes).await?;
         Ok(tx.commit().await?)
     }
 
@@ -200,13 +205,14 @@ impl Store {
     pub async fn release(&self, claim: &Claim) -> Result<(), JobStoreError> {
         let mut tx = self.begin().await?;
         self.about(&mut tx, claim, EventKind::Retry, Some("handed back by its worker")).await?;
-        self.leave(&mut tx, claim, "ready", None).await?;
+        let took = self.leave(&mut tx, claim, TaskState::Ready, None).await?;
         sqlx::query("UPDATE task SET attempts = attempts - 1 WHERE job = $1 AND stage = $2 AND unit = $3")
             .bind(&claim.job)
             .bind(claim.stage)
             .bind(&claim.unit)
             .execute(&mut *tx)
             .await?;
+        self.count(&mut tx, claim.stage, Attempt::HandedBack, took, 0).await?;
         Ok(tx.commit().await?)
     }
 
@@ -268,8 +274,8 @@ impl Store {
             .ok_or_else(|| claim.lost())?;
         let (required, most, attempts): (i64, i64, i64) =
             (row.try_get("required")?, row.try_get("max_attempts")?, row.try_get("attempts")?);
-        if let (Retry::After(pause), true) = (retry, attempts < most) {
-            self.leave(tx, claim, "ready", Some(reason)).await?;
+        let (again, took) = if let (Retry::After(pause), true) = (retry, attempts < most) {
+            let took = self.leave(tx, claim, TaskState::Ready, Some(reason)).await?;
             let statement = "UPDATE task SET not_before = {now} + $4 WHERE job = $1 AND stage = $2 AND unit = $3";
             sqlx::query(self.sql(statement))
                 .bind(&claim.job)
@@ -278,31 +284,49 @@ impl Store {
                 .bind(milliseconds(pause))
                 .execute(&mut **tx)
                 .await?;
-            return self.about(tx, claim, EventKind::Retry, Some(reason)).await;
-        }
-        self.leave(tx, claim, "failed", Some(reason)).await?;
-        self.about(tx, claim, EventKind::Failed, Some(reason)).await?;
-        if required == 1 {
-            self.end(tx, &claim.job, JobState::Failed, Some(reason)).await
+            self.about(tx, claim, EventKind::Retry, Some(reason)).await?;
+            (true, took)
         } else {
-            self.advance(tx, &claim.job).await
-        }
+            let took = self.leave(tx, claim, TaskState::Failed, Some(reason)).await?;
+            self.about(tx, claim, EventKind::Failed, Some(reason)).await?;
+            if required == 1 {
+                self.end(tx, &claim.job, JobState::Failed, Some(reason)).await?;
+            } else {
+                self.advance(tx, &claim.job).await?;
+            }
+            (false, took)
+        };
+        let outcome = match (expired, again) {
+            (true, _) => Attempt::Lost,
+            (false, true) => Attempt::Retried,
+            (false, false) => Attempt::Failed,
+        };
+        self.count(tx, claim.stage, outcome, took, 0).await
     }
 
-    /// Ends the hold on a task, if it is held under this fence.
-    async fn leave(&self, tx: &mut Tx, claim: &Claim, state: &str, reason: Option<&str>) -> Result<(), JobStoreError> {
+    /// Ends the hold on a task, if it is held under this fence; gives how long it was held.
+    async fn leave(
+        &self,
+        tx: &mut Tx,
+        claim: &Claim,
+        state: TaskState,
+        reason: Option<&str>,
+    ) -> Result<Duration, JobStoreError> {
         let statement = "UPDATE task SET state = $5, reason = $6, phase = NULL, lease_until = NULL, finished = {now} \
-                         WHERE job = $1 AND stage = $2 AND unit = $3 AND fence = $4 AND state = 'running'";
+                         WHERE job = $1 AND stage = $2 AND unit = $3 AND fence = $4 AND state = 'running' \
+                         RETURNING finished - started AS took";
         let left = sqlx::query(self.sql(statement))
             .bind(&claim.job)
             .bind(claim.stage)
             .bind(&claim.unit)
             .bind(claim.fence)
-            .bind(state)
+            .bind(state.name())
             .bind(reason)
-            .execute(&mut **tx)
-            .await?;
-        if crate::database::one_row(&left) { Ok(()) } else { Err(claim.lost()) }
+            .fetch_optional(&mut **tx)
+            .await?
+            .ok_or_else(|| claim.lost())?;
+        let took: Option<i64> = left.try_get("took")?;
+        Ok(Duration::from_millis(took.and_then(|t| u64::try_from(t).ok()).unwrap_or(0)))
     }
 
     /// Notes an event about a task; the job is locked from then on.

@@ -1,65 +1,41 @@
 //! What happened to a job, in order.
 
 use crate::database::Tx;
-use crate::{JobStoreError, Store};
-use serde::{Deserialize, Serialize};
-use sqlx::Row;
+use crate::names::named;
+use crate::{JobState, JobStoreError, Store};
+use serde::Serialize;
 use sqlx::any::AnyRow;
+use sqlx::{AssertSqlSafe, Row};
 
-/// Kind of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum EventKind {
-    /// The job was taken in.
-    Submitted,
-    /// The job's state changed; the message has the new one.
-    State,
-    /// The job went on to another stage.
-    Stage,
-    /// A task was claimed; the message has the worker.
-    Claimed,
-    /// A task is done.
-    Done,
-    /// A task's result was taken over from an earlier run.
-    Reused,
-    /// A task will be tried again; the message has the reason.
-    Retry,
-    /// A task failed for good; the message has the reason.
-    Failed,
-    /// The job's priority changed.
-    Priority,
-    /// What the job made is its city's new generation; the message says which.
-    Published,
-    /// What the job made did not become a generation of its city; the message says why.
-    Withheld,
-}
-
-impl EventKind {
-    const ALL: [(Self, &'static str); 11] = [
-        (Self::Submitted, "submitted"),
-        (Self::State, "state"),
-        (Self::Stage, "stage"),
-        (Self::Claimed, "claimed"),
-        (Self::Done, "done"),
-        (Self::Reused, "reused"),
-        (Self::Retry, "retry"),
-        (Self::Failed, "failed"),
-        (Self::Priority, "priority"),
-        (Self::Published, "published"),
-        (Self::Withheld, "withheld"),
-    ];
-
-    /// The name under which it is stored and shown.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
-    }
-
-    fn parse(text: &str) -> Result<Self, JobStoreError> {
-        let found = Self::ALL.iter().find(|(_, name)| *name == text).map(|(kind, _)| *kind);
-        found.ok_or_else(|| JobStoreError::Stored { what: "kind of an event", value: text.to_owned() })
+named! {
+    /// Kind of an event.
+    EventKind, "kind of an event", {
+        /// The job was taken in.
+        Submitted = "submitted",
+        /// The job's state changed; the message has the new one.
+        State = "state",
+        /// The job went on to another stage.
+        Stage = "stage",
+        /// A task was claimed; the message has the worker.
+        Claimed = "claimed",
+        /// A task is done.
+        Done = "done",
+        /// A task's result was taken over from an earlier run.
+        Reused = "reused",
+        /// A task will be tried again; the message has the reason.
+        Retry = "retry",
+        /// A task failed for good; the message has the reason.
+        Failed = "failed",
+        /// The job's priority changed.
+        Priority = "priority",
+        /// What the job made is its city's new generation; the message says which.
+        Published = "published",
+        /// What the job made did not become a generation of its city; the message says why.
+        Withheld = "withheld",
     }
 }
+
+impl EventKind {}
 
 /// One event of a job.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -83,7 +59,7 @@ impl Event {
         Ok(Self {
             number: row.try_get("number")?,
             at: row.try_get("at")?,
-            kind: EventKind::parse(row.try_get("kind")?)?,
+            kind: row.try_get::<&str, _>("kind")?.parse()?,
             stage: row.try_get("stage")?,
             unit: row.try_get("unit")?,
             message: row.try_get("message")?,
@@ -115,6 +91,23 @@ impl Store {
         .fetch_all(&self.pool)
         .await?;
         rows.iter().map(Event::read).collect()
+    }
+
+    /// Numbers of the last events of jobs, and their states; of jobs that are not there, nothing.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn last_events(&self, jobs: &[&str]) -> Result<Vec<(String, i64, JobState)>, JobStoreError> {
+        let mut found = Vec::new();
+        for some in jobs.chunks(500) {
+            let places: Vec<String> = (1..=some.len()).map(|i| format!("${i}")).collect();
+            let statement = format!("SELECT id, events, state FROM job WHERE id IN ({})", places.join(", "));
+            let query = some.iter().fold(sqlx::query(AssertSqlSafe(statement)), |query, id| query.bind(*id));
+            for row in query.fetch_all(&self.pool).await? {
+                found.push((row.try_get("id")?, row.try_get("events")?, row.try_get::<&str, _>("state")?.parse()?));
+            }
+        }
+        Ok(found)
     }
 
     /// Locks the job against other changes until the transaction ends, and notes what happens to it.

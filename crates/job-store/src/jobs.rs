@@ -2,57 +2,37 @@
 
 use crate::database::Tx;
 use crate::events::About;
+use crate::names::named;
 use crate::{EventKind, JobStoreError, NewTask, Store, TaskState};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sqlx::Row;
 use sqlx::any::AnyRow;
 
-/// State of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum JobState {
-    /// Taken in; nothing has begun.
-    Accepted,
-    /// Its tasks are being done.
-    Running,
-    /// No further task begins until it is resumed.
-    Paused,
-    /// All is done.
-    Successful,
-    /// All is done but for some units that failed.
-    Partial,
-    /// It could not go on.
-    Failed,
-    /// Stopped by a user.
-    Cancelled,
+named! {
+    /// State of a job.
+    JobState, "state of a job", {
+        /// Taken in; nothing has begun.
+        Accepted = "accepted",
+        /// Its tasks are being done.
+        Running = "running",
+        /// No further task begins until it is resumed.
+        Paused = "paused",
+        /// All is done.
+        Successful = "successful",
+        /// All is done but for some units that failed.
+        Partial = "partial",
+        /// It could not go on.
+        Failed = "failed",
+        /// Stopped by a user.
+        Cancelled = "cancelled",
+    }
 }
 
 impl JobState {
-    const ALL: [(Self, &'static str); 7] = [
-        (Self::Accepted, "accepted"),
-        (Self::Running, "running"),
-        (Self::Paused, "paused"),
-        (Self::Successful, "successful"),
-        (Self::Partial, "partial"),
-        (Self::Failed, "failed"),
-        (Self::Cancelled, "cancelled"),
-    ];
-
-    /// The name under which it is stored and shown.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(state, _)| *state == self).map_or("", |(_, name)| name)
-    }
-
     /// Whether nothing more will happen to it by itself.
     #[must_use]
     pub fn is_over(self) -> bool {
         !matches!(self, Self::Accepted | Self::Running | Self::Paused)
-    }
-
-    fn parse(text: &str) -> Result<Self, JobStoreError> {
-        let found = Self::ALL.iter().find(|(_, name)| *name == text).map(|(state, _)| *state);
-        found.ok_or_else(|| JobStoreError::Stored { what: "state of a job", value: text.to_owned() })
     }
 }
 
@@ -121,7 +101,7 @@ impl Job {
             city: row.try_get("city")?,
             owner: row.try_get("owner")?,
             request: row.try_get("request")?,
-            state: JobState::parse(row.try_get("state")?)?,
+            state: row.try_get::<&str, _>("state")?.parse()?,
             reason: row.try_get("reason")?,
             priority: row.try_get("priority")?,
             stage: row.try_get("stage")?,

@@ -1,51 +1,32 @@
 //! Tasks: one unit of one stage each.
 
 use crate::database::Tx;
+use crate::names::named;
 use crate::{JobStoreError, Store};
 use serde::{Deserialize, Serialize};
 use sqlx::Row;
 use sqlx::any::AnyRow;
 use std::collections::BTreeMap;
 
-/// State of a task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TaskState {
-    /// Waits for its stage, or for a worker.
-    Ready,
-    /// A worker holds it.
-    Running,
-    /// Done.
-    Done,
-    /// Done earlier on the same input: its result was taken over.
-    Reused,
-    /// Failed for good.
-    Failed,
-    /// Its job ended before it was done.
-    Cancelled,
-}
-
-impl TaskState {
-    const ALL: [(Self, &'static str); 6] = [
-        (Self::Ready, "ready"),
-        (Self::Running, "running"),
-        (Self::Done, "done"),
-        (Self::Reused, "reused"),
-        (Self::Failed, "failed"),
-        (Self::Cancelled, "cancelled"),
-    ];
-
-    /// The name under which it is stored and shown.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(state, _)| *state == self).map_or("", |(_, name)| name)
-    }
-
-    pub(crate) fn parse(text: &str) -> Result<Self, JobStoreError> {
-        let found = Self::ALL.iter().find(|(_, name)| *name == text).map(|(state, _)| *state);
-        found.ok_or_else(|| JobStoreError::Stored { what: "state of a task", value: text.to_owned() })
+named! {
+    /// State of a task.
+    TaskState, "state of a task", {
+        /// Waits for its stage, or for a worker.
+        Ready = "ready",
+        /// A worker holds it.
+        Running = "running",
+        /// Done.
+        Done = "done",
+        /// Done earlier on the same input: its result was taken over.
+        Reused = "reused",
+        /// Failed for good.
+        Failed = "failed",
+        /// Its job ended before it was done.
+        Cancelled = "cancelled",
     }
 }
+
+impl TaskState {}
 
 /// A task to be added to a job.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,7 +71,7 @@ impl Task {
         Ok(Self {
             stage: row.try_get("stage")?,
             unit: row.try_get("unit")?,
-            state: TaskState::parse(row.try_get("state")?)?,
+            state: row.try_get::<&str, _>("state")?.parse()?,
             attempts: row.try_get("attempts")?,
             worker: row.try_get("worker")?,
             phase: row.try_get("phase")?,
@@ -130,7 +111,7 @@ impl Store {
             .fetch_all(&self.pool)
             .await?;
         rows.iter()
-            .map(|row| Ok(((row.try_get("stage")?, TaskState::parse(row.try_get("state")?)?), row.try_get("tasks")?)))
+            .map(|row| Ok(((row.try_get("stage")?, row.try_get::<&str, _>("state")?.parse()?), row.try_get("tasks")?)))
             .collect()
     }
 

@@ -1,7 +1,21 @@
 //! Who may use the service.
 
+use crate::names::named;
 use crate::{JobStoreError, Store};
 use sqlx::Row;
+use sqlx::any::AnyRow;
+
+named! {
+    /// What a token allows; each allows what the ones before it do.
+    Scope, "scope of a token", {
+        /// To look at jobs and results.
+        Viewer = "viewer",
+        /// To submit jobs, and to steer one's own.
+        Submitter = "submitter",
+        /// To steer all jobs.
+        Operator = "operator",
+    }
+}
 
 /// What is known of a token; not the token itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,11 +25,26 @@ pub struct TokenRecord {
     /// Whose it is; unique.
     pub name: String,
     /// What it allows.
-    pub scope: String,
+    pub scope: Scope,
     /// Most jobs under way; none for no limit.
     pub max_jobs: Option<i64>,
     /// When it ends, milliseconds since 1970; none for never.
     pub expires: Option<i64>,
+    /// When it was made, milliseconds since 1970; set by the database's clock.
+    pub created: i64,
+}
+
+impl TokenRecord {
+    fn read(row: &AnyRow) -> Result<Self, JobStoreError> {
+        Ok(Self {
+            hash: row.try_get("hash")?,
+            name: row.try_get("name")?,
+            scope: row.try_get::<&str, _>("scope")?.parse()?,
+            max_jobs: row.try_get("max_jobs")?,
+            expires: row.try_get("expires")?,
+            created: row.try_get("created")?,
+        })
+    }
 }
 
 impl Store {
@@ -29,7 +58,7 @@ impl Store {
         let added = sqlx::query(self.sql(statement))
             .bind(&token.hash)
             .bind(&token.name)
-            .bind(&token.scope)
+            .bind(token.scope.name())
             .bind(token.max_jobs)
             .bind(token.expires)
             .execute(&self.pool)
@@ -42,19 +71,19 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn token(&self, hash: &str) -> Result<Option<TokenRecord>, JobStoreError> {
-        let statement = "SELECT hash, name, scope, max_jobs, expires FROM api_token \
+        let statement = "SELECT hash, name, scope, max_jobs, expires, created FROM api_token \
                          WHERE hash = $1 AND (expires IS NULL OR expires > {now})";
         let row = sqlx::query(self.sql(statement)).bind(hash).fetch_optional(&self.pool).await?;
-        row.map(|row| {
-            Ok(TokenRecord {
-                hash: row.try_get("hash")?,
-                name: row.try_get("name")?,
-                scope: row.try_get("scope")?,
-                max_jobs: row.try_get("max_jobs")?,
-                expires: row.try_get("expires")?,
-            })
-        })
-        .transpose()
+        row.as_ref().map(TokenRecord::read).transpose()
+    }
+
+    /// All tokens by name, also those that have ended.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn tokens(&self) -> Result<Vec<TokenRecord>, JobStoreError> {
+        let statement = "SELECT hash, name, scope, max_jobs, expires, created FROM api_token ORDER BY name";
+        sqlx::query(statement).fetch_all(&self.pool).await?.iter().map(TokenRecord::read).collect()
     }
 
     /// Whether there is any token, ended or not: without one the service is for its own machine only.

@@ -3,6 +3,7 @@
 use crate::{JobStoreError, Store};
 use serde::Serialize;
 use sqlx::Row;
+use std::time::Duration;
 
 /// A worker.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -51,11 +52,15 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn workers(&self) -> Result<Vec<Worker>, JobStoreError> {
-        let rows = sqlx::query(
-            "SELECT id, host, pid, version, started, seen, task, memory FROM worker ORDER BY seen DESC, id",
-        )
-        .fetch_all(&self.pool)
-        .await?;
+        self.workers_seen(None).await
+    }
+
+    /// The workers, those seen last first; with a time, only those that were seen since.
+    pub(crate) async fn workers_seen(&self, lately: Option<Duration>) -> Result<Vec<Worker>, JobStoreError> {
+        let since = lately.map_or(i64::MAX, |time| i64::try_from(time.as_millis()).unwrap_or(i64::MAX));
+        let statement = "SELECT id, host, pid, version, started, seen, task, memory FROM worker \
+                         WHERE {now} - seen <= $1 ORDER BY seen DESC, id";
+        let rows = sqlx::query(self.sql(statement)).bind(since).fetch_all(&self.pool).await?;
         rows.iter()
             .map(|row| {
                 Ok(Worker {

@@ -8,33 +8,7 @@ use crate::{Coordinator, Problem};
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
-use gable_job_store::{BlobId, JobStoreError, Store, TokenRecord};
-use serde::{Deserialize, Serialize};
-
-/// What a token allows; each allows what the ones before it do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Scope {
-    /// To look at jobs and results.
-    Viewer,
-    /// To submit jobs, and to steer one's own.
-    Submitter,
-    /// To steer all jobs.
-    Operator,
-}
-
-impl Scope {
-    const ALL: [(Self, &'static str); 3] =
-        [(Self::Viewer, "viewer"), (Self::Submitter, "submitter"), (Self::Operator, "operator")];
-
-    fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(scope, _)| *scope == self).map_or("", |(_, name)| name)
-    }
-
-    fn parse(text: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(_, name)| *name == text).map(|(scope, _)| *scope)
-    }
-}
+use gable_job_store::{BlobId, JobStoreError, Scope, Store, TokenRecord};
 
 /// Who asks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -79,9 +53,7 @@ impl FromRequestParts<Coordinator> for Caller {
         }
         let found = service.store.token(&hash(token.trim())).await?;
         let found = found.ok_or_else(|| Problem::unauthorised("this token is not known, or has ended"))?;
-        let scope =
-            Scope::parse(&found.scope).ok_or(JobStoreError::Stored { what: "scope of a token", value: found.scope })?;
-        Ok(Self { name: found.name, scope, max_jobs: found.max_jobs })
+        Ok(Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs })
     }
 }
 
@@ -135,9 +107,10 @@ pub async fn create_token(store: &Store, new: &NewToken) -> Result<Option<String
     let record = TokenRecord {
         hash: hash(&token),
         name: new.name.clone(),
-        scope: new.scope.name().to_owned(),
+        scope: new.scope,
         max_jobs: new.max_jobs,
         expires: new.expires,
+        created: 0,
     };
     Ok(store.add_token(&record).await?.then_some(token))
 }

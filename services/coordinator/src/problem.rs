@@ -6,7 +6,12 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use gable_job_store::JobStoreError;
 use serde::Serialize;
-use utoipa::ToSchema;
+use std::collections::BTreeMap;
+use utoipa::openapi::{ContentBuilder, Ref, RefOr, ResponseBuilder};
+use utoipa::{IntoResponses, ToSchema};
+
+/// Media type of a [`Problem`].
+const MEDIA_TYPE: &str = "application/problem+json";
 
 /// What went wrong with a request, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -35,6 +40,10 @@ impl Problem {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid", "The request cannot be carried out", detail)
     }
 
+    pub(crate) fn query(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, "query", "The query cannot be read", detail)
+    }
+
     pub(crate) fn unauthorised(detail: impl Into<String>) -> Self {
         Self::new(StatusCode::UNAUTHORIZED, "unauthorised", "A valid token is needed", detail)
     }
@@ -49,7 +58,7 @@ impl IntoResponse for Problem {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let mut response = (status, Json(self)).into_response();
         let headers = response.headers_mut();
-        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(MEDIA_TYPE));
         if status == StatusCode::UNAUTHORIZED {
             headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
         }
@@ -96,4 +105,61 @@ impl From<QueryRejection> for Problem {
     fn from(rejection: QueryRejection) -> Self {
         Self::new(rejection.status(), "query", "The query cannot be read", rejection.body_text())
     }
+}
+
+/// What any operation may answer, whatever it does.
+pub(crate) fn refused_anyway() -> BTreeMap<String, RefOr<utoipa::openapi::Response>> {
+    let all = [
+        Refused::<400>::responses(),
+        Refused::<401>::responses(),
+        Refused::<403>::responses(),
+        Refused::<408>::responses(),
+        Refused::<500>::responses(),
+        Refused::<503>::responses(),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// A refusal with this status, for the description of an operation.
+pub(crate) struct Refused<const STATUS: u16>;
+
+impl<const STATUS: u16> IntoResponses for Refused<STATUS> {
+    fn responses() -> BTreeMap<String, RefOr<utoipa::openapi::Response>> {
+        let description = match STATUS {
+            400 => "The path, the query or the body cannot be read",
+            401 => "No valid token",
+            403 => "The token does not allow it",
+            404 => "There is no such thing",
+            406 => "It cannot be had in this form",
+            408 => "It took too long",
+            409 => "The present state does not allow it",
+            413 => "The body is too large",
+            415 => "The body is not said to be JSON",
+            416 => "The file has no such part",
+            422 => "What is asked for cannot be done",
+            429 => "Too many jobs under way",
+            503 => "The database or the object store does not answer",
+            _ => "A fault of the service",
+        };
+        let content = ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).build();
+        let response = ResponseBuilder::new().description(description).content(MEDIA_TYPE, content).build();
+        BTreeMap::from([(STATUS.to_string(), response.into())])
+    }
+}
+
+/// Refusals that come from below the handlers, such as that of a body that is too large, get the form of all others.
+pub(crate) async fn in_one_form(response: Response) -> Response {
+    let status = response.status();
+    let told = response.headers().get(header::CONTENT_TYPE).is_some_and(|t| t == MEDIA_TYPE);
+    if told || !(status.is_client_error() || status.is_server_error()) {
+        return response;
+    }
+    let (kind, title, detail) = match status {
+        StatusCode::BAD_REQUEST => ("path", "The path cannot be read", "what is escaped by % has to be UTF-8"),
+        StatusCode::REQUEST_TIMEOUT => ("timeout", "The request took too long", "ask for less, or try again"),
+        StatusCode::PAYLOAD_TOO_LARGE => ("body", "The body is too large", "this service takes no body of this size"),
+        StatusCode::NOT_FOUND => ("not-found", "There is no such thing", "/docs lists all addresses"),
+        _ => ("refused", "The request was refused", status.canonical_reason().unwrap_or_default()),
+    };
+    Problem::new(status, kind, title, detail).into_response()
 }

@@ -1,5 +1,6 @@
 //! What every request handler needs.
 
+use crate::Feed;
 use gable_job_store::{Blobs, Store};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,6 +16,8 @@ pub struct Coordinator {
     pub roots: Vec<PathBuf>,
     /// What a request may take.
     pub limits: Limits,
+    /// The jobs whose events are streamed.
+    pub feed: Feed,
 }
 
 /// What a request may take.

@@ -1,5 +1,9 @@
 //! The command line: arguments, help and examples.
 
+mod token;
+
+pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
+
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -64,6 +68,8 @@ pub(crate) enum Command {
     Serve(ServeArgs),
     /// Do the tasks of jobs
     Work(WorkArgs),
+    /// Make, list and revoke the tokens that open the service
+    Token(TokenArgs),
     /// Do one task, as a worker asks on standard input
     #[command(hide = true)]
     Task(TaskArgs),
@@ -89,6 +95,7 @@ impl Command {
             Self::Bench(args) => args.json,
             Self::Train(args) => args.json,
             Self::Params(args) => args.json,
+            Self::Token(args) => args.json,
             Self::Serve(_) | Self::Work(_) | Self::Task(_) => false,
         }
     }
@@ -438,16 +445,24 @@ pub(crate) enum LogFormat {
     Json,
 }
 
-/// Where jobs and artefacts are kept.
+/// Where the database is.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Where things are kept")]
-pub(crate) struct KeepArgs {
+pub(crate) struct DatabaseArgs {
     /// Folder for what is kept on this machine
     #[arg(long, value_name = "DIR", default_value = "gable-data")]
     pub(crate) data: PathBuf,
     /// Database of jobs: sqlite:FILE or postgres://USER:PASSWORD@HOST/NAME; by default SQLite in DIR
     #[arg(long, value_name = "ADDRESS", env = "GABLE_DATABASE", hide_env_values = true)]
     pub(crate) database: Option<String>,
+}
+
+/// Where jobs and artefacts are kept.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Where things are kept")]
+pub(crate) struct KeepArgs {
+    #[command(flatten)]
+    pub(crate) at: DatabaseArgs,
     /// Store of artefacts: a folder, or s3://BUCKET/PREFIX; by default a folder in DIR
     #[arg(long, value_name = "PLACE", env = "GABLE_STORE")]
     pub(crate) store: Option<String>,

@@ -1,6 +1,6 @@
 //! What the commands of the service share: its database, its store, its workers, and how they stop.
 
-use crate::cli::{KeepArgs, SlotArgs};
+use crate::cli::{DatabaseArgs, KeepArgs, SlotArgs};
 use crate::exit::UsageError;
 use anyhow::Context as _;
 use gable_job_store::{Blobs, Store};
@@ -28,24 +28,31 @@ pub(crate) struct Parts {
 
 /// Opens database and store.
 pub(crate) async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
-    let folder = |path: &Path| {
-        std::fs::create_dir_all(path).with_context(|| format!("folder {}", path.display()))?;
-        path.canonicalize().with_context(|| format!("folder {}", path.display()))
-    };
-    let database = match &keep.database {
-        Some(address) => address.clone(),
-        None => format!("sqlite:{}", folder(&keep.data)?.join("jobs.db").display()),
-    };
-    let store = connect(&database).await?;
+    let store = open_database(&keep.at).await?;
     let blobs = match &keep.store {
         Some(place) => open_blobs(place)?,
-        None => Blobs::in_folder(&folder(&keep.data)?.join("store"))?,
+        None => Blobs::in_folder(&folder(&keep.at.data)?.join("store"))?,
     };
     let given = if keep.source_roots.is_empty() { vec![PathBuf::from(".")] } else { keep.source_roots.clone() };
     let roots = given.iter().map(|root| {
         root.canonicalize().map_err(|e| UsageError(format!("--source-root {}: {e}", root.display())).into())
     });
     Ok(Parts { store, blobs, roots: roots.collect::<anyhow::Result<_>>()? })
+}
+
+/// Opens the database.
+pub(crate) async fn open_database(at: &DatabaseArgs) -> anyhow::Result<Store> {
+    let database = match &at.database {
+        Some(address) => address.clone(),
+        None => format!("sqlite:{}", folder(&at.data)?.join("jobs.db").display()),
+    };
+    connect(&database).await
+}
+
+/// A folder, made if it is not there; absolute, without links.
+fn folder(path: &Path) -> anyhow::Result<PathBuf> {
+    std::fs::create_dir_all(path).with_context(|| format!("folder {}", path.display()))?;
+    path.canonicalize().with_context(|| format!("folder {}", path.display()))
 }
 
 /// The store of artefacts at a place that a user named.
@@ -78,7 +85,7 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
     let (lease, grace) = (seconds("lease", slots.lease)?, seconds("grace", slots.grace)?);
     let limits = Limits { memory: slots.task_memory << 20, time: seconds("task-time", slots.task_time)? };
     let host = host();
-    let folder = keep.data.join("work");
+    let folder = keep.at.data.join("work");
     std::fs::create_dir_all(&folder).with_context(|| format!("folder {}", folder.display()))?;
     let folder = folder.canonicalize()?;
     remove_stale(&folder);

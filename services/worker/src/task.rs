@@ -86,7 +86,7 @@ impl Around<'_> {
                         Ok(Word::Continue) => {}
                         Ok(Word::Stop) => { stop.send_replace(true); }
                         // If the database stays away, the lease runs out, and the result will be refused.
-                        Err(e) => tracing::warn!(unit = claim.unit, "no heartbeat: {e}"),
+                        Err(e) => tracing::warn!("no heartbeat: {e}"),
                     }
                 }
                 changed = drain.changed(), if !draining => {
@@ -241,7 +241,7 @@ impl Around<'_> {
                 Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await,
                 Made::Failed(reason) => self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await,
                 Made::Away(reason) => {
-                    tracing::warn!(job = claim.job, unit = claim.unit, "handed back: {reason}");
+                    tracing::warn!("handed back: {reason}");
                     self.store.release(claim).await
                 }
                 Made::Stopped if draining => self.store.release(claim).await,
@@ -254,7 +254,7 @@ impl Around<'_> {
             // It was forgotten just now: the task is handed back, and done.
             Err(JobStoreError::NoOutcome { .. }) => {
                 if let Err(e) = self.store.release(claim).await {
-                    tracing::warn!(job = claim.job, unit = claim.unit, "not handed back: {e}");
+                    tracing::warn!("not handed back: {e}");
                 }
                 Ok(())
             }
@@ -264,7 +264,7 @@ impl Around<'_> {
             }
             // The lease will run out, and another worker will take the task.
             Err(e) => {
-                tracing::error!(job = claim.job, unit = claim.unit, "not handed in: {e}");
+                tracing::error!("not handed in: {e}");
                 Ok(())
             }
         }

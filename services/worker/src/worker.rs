@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
+use tracing::Instrument as _;
 
 /// How a worker works.
 #[derive(Clone, Debug)]
@@ -77,13 +78,15 @@ impl Worker {
         while !*stop.borrow() {
             match self.claim().await {
                 Ok(Some(claim)) => {
-                    tracing::info!(
+                    // Every line that is logged about the task says which it is.
+                    let span = tracing::info_span!(
+                        "task",
                         job = claim.job,
                         stage = claim.stage,
                         unit = claim.unit,
-                        attempt = claim.attempt,
-                        "begins"
+                        attempt = claim.attempt
                     );
+                    span.in_scope(|| tracing::info!("begins"));
                     let around = Around {
                         store: &self.store,
                         blobs: &self.blobs,
@@ -91,7 +94,7 @@ impl Worker {
                         settings: &self.settings,
                         state: &self.state,
                     };
-                    let task = around.carry_out(&claim, drained.clone());
+                    let task = around.carry_out(&claim, drained.clone()).instrument(span);
                     tokio::pin!(task);
                     tokio::select! {
                         ended = &mut task => ended?,

@@ -86,6 +86,8 @@ pub(crate) async fn generations_hold_what_was_published(store: &Store) {
     let index = |content| vec![artifact("index.json", content)];
     assert_eq!(store.city_files("delft", 1, "index").await.expect("lists"), index("one"));
     assert_eq!(store.city_files("delft", 2, "index").await.expect("lists"), index("two"));
+    assert_eq!(store.city_file("delft", 2, "index.json").await.expect("asks"), index("two").pop());
+    assert_eq!(store.city_file("delft", 2, "index").await.expect("asks"), None);
     assert_eq!(store.city_files("delft", 2, "").await.expect("lists").len(), 2, "only results are the city's");
     let events = store.events(&first, 0, 100).await.expect("events");
     assert!(

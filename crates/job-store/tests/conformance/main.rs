@@ -62,6 +62,7 @@ conformance!(
     suite::many_workers_do_each_task_once,
     suite::random_deaths_change_nothing,
     suite::events_have_no_gaps,
+    suite::figures_tell_what_was_done,
     suite::lists_are_paged,
     suite::artefacts_are_found_by_prefix,
     suite::artefacts_are_found_by_place,

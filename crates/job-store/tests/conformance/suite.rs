@@ -2,7 +2,7 @@
 
 use gable_job_store::{
     Artifact, BlobId, Claim, EventKind, Finished, JobFilter, JobState, JobStoreError, NewJob, NewTask, Order, Retry,
-    Store, TaskState, TokenRecord, Worker,
+    Scope, Store, TaskState, TokenRecord, Worker,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -336,6 +336,38 @@ pub(crate) async fn events_have_no_gaps(store: &Store) {
     assert_eq!(events[9].message.as_deref(), Some("successful"));
     assert_eq!(store.events(&id, 4, 3).await.expect("events"), events[4..7]);
     assert_eq!(store.job(&id).await.expect("the job").events, 10);
+    let last = store.last_events(&[&id, "none"]).await.expect("asks");
+    assert_eq!(last, [(id, 10, JobState::Successful)]);
+}
+
+pub(crate) async fn figures_tell_what_was_done(store: &Store) {
+    let id = submit(store, &job("a", vec![task(0, "x"), task(1, "y")])).await;
+    let paused = submit(store, &job("b", vec![task(0, "z")])).await;
+    store.pause(&paused).await.expect("pauses");
+    let figures = store.figures(Duration::from_secs(60)).await.expect("figures");
+    assert_eq!(figures.jobs, [(JobState::Accepted, 1), (JobState::Paused, 1)]);
+    let queue: Vec<_> = figures.queue.iter().map(|q| (q.stage, q.state, q.tasks, q.claimable)).collect();
+    assert_eq!(queue, [(0, TaskState::Ready, 2, 1), (1, TaskState::Ready, 1, 0)]);
+    assert!(figures.attempts.is_empty() && figures.workers.is_empty());
+
+    let lost = store.claim("w", Duration::from_millis(1)).await.expect("claims").expect("a task");
+    tokio::time::sleep(Duration::from_millis(30)).await;
+    assert_eq!(store.reap().await.expect("reaps"), 1);
+    assert_eq!(lost.attempt, 1);
+    store.release(&claim(store, "w").await).await.expect("hands back");
+    store.fail(&claim(store, "w").await, "disk full", Retry::After(Duration::ZERO)).await.expect("fails");
+    let artifact = Artifact { path: "a".to_owned(), blob: BlobId::of(b"abc"), bytes: 3 };
+    let result = Finished { artifacts: vec![artifact], ..Finished::default() };
+    store.finish(&claim(store, "w").await, &result).await.expect("finishes");
+    store.fail(&claim(store, "w").await, "bad", Retry::Never).await.expect("fails");
+    assert_eq!(state(store, &id).await, JobState::Partial);
+    let figures = store.figures(Duration::from_secs(60)).await.expect("figures");
+    let attempts: Vec<_> = figures.attempts.iter().map(|a| (a.stage, a.outcome.name(), a.tasks, a.bytes)).collect();
+    assert_eq!(
+        attempts,
+        [(0, "done", 1, 3), (0, "handed-back", 1, 0), (0, "lost", 1, 0), (0, "retried", 1, 0), (1, "failed", 1, 0)]
+    );
+    assert!(figures.attempts[2].seconds >= 0.02, "{:?}", figures.attempts);
 }
 
 pub(crate) async fn lists_are_paged(store: &Store) {
@@ -414,17 +446,22 @@ pub(crate) async fn tokens_open_and_end(store: &Store) {
     let token = |name: &str, hash: &str, expires| TokenRecord {
         hash: hash.to_owned(),
         name: name.to_owned(),
-        scope: "viewer".to_owned(),
+        scope: Scope::Viewer,
         max_jobs: Some(2),
         expires,
+        created: 0,
     };
+    let plain = |found: Option<TokenRecord>| found.map(|t| TokenRecord { created: 0, ..t });
     assert!(!store.has_tokens().await.expect("asks"));
     assert!(store.add_token(&token("ann", "h1", None)).await.expect("adds"));
     assert!(!store.add_token(&token("ann", "h2", None)).await.expect("adds"), "the name is taken");
     assert!(store.add_token(&token("old", "h3", Some(1))).await.expect("adds"));
-    assert_eq!(store.token("h1").await.expect("asks"), Some(token("ann", "h1", None)));
+    assert_eq!(plain(store.token("h1").await.expect("asks")), Some(token("ann", "h1", None)));
     assert_eq!(store.token("h2").await.expect("asks"), None);
     assert_eq!(store.token("h3").await.expect("asks"), None, "it has ended");
+    let listed = store.tokens().await.expect("lists");
+    assert_eq!(listed.iter().map(|t| t.name.as_str()).collect::<Vec<_>>(), ["ann", "old"]);
+    assert!(listed.iter().all(|t| t.created > 1_700_000_000_000), "by the database's clock");
     assert!(store.remove_token("ann").await.expect("removes"));
     assert!(!store.remove_token("ann").await.expect("removes"));
     assert_eq!(store.token("h1").await.expect("asks"), None);

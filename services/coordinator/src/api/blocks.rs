@@ -2,6 +2,7 @@
 
 use super::jobs::{seconds, stage_name};
 use crate::pages::{tagged, time};
+use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -66,8 +67,7 @@ impl BlockView {
     responses(
         (status = 200, description = "The blocks", body = Vec<BlockView>, headers(("ETag" = String, description = "Their state"))),
         (status = 304, description = "Nothing new"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        Refused<404>,
     )
 )]
 pub(crate) async fn list(

@@ -1,25 +1,20 @@
 //! What happened to a job: as pages for polling, and as a stream.
 
 use super::jobs::stage_name;
-use crate::pages::time;
+use crate::pages::{limit, time};
+use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
 use axum::response::sse::{Event as Message, KeepAlive, Sse};
 use axum::routing::get;
 use axum::{Json, Router};
 use futures_util::stream::{self, Stream};
 use gable_job_store::{Event, JobStoreError};
 use serde::{Deserialize, Serialize};
-use std::time::Duration;
+use std::collections::VecDeque;
 use utoipa::{IntoParams, ToSchema};
-
-/// How often a stream looks for new events.
-const PACE: Duration = Duration::from_millis(500);
-
-/// Most events that a stream reads at once.
-const BATCH: i64 = 500;
 
 /// Something that happened to a job.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -74,9 +69,7 @@ pub(crate) struct EventQuery {
     params(("id" = String, Path, description = "Id of the job"), EventQuery),
     responses(
         (status = 200, description = "The events", body = Vec<EventView>),
-        (status = 400, description = "The query does not hold", body = Problem, content_type = "application/problem+json"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        Refused<404>,
     )
 )]
 pub(crate) async fn list(
@@ -86,10 +79,9 @@ pub(crate) async fn list(
     query: Result<Query<EventQuery>, QueryRejection>,
 ) -> Result<Json<Vec<EventView>>, Problem> {
     let Query(query) = query?;
-    let (since, limit) = (query.since.unwrap_or(0), query.limit.unwrap_or(service.limits.page.min(100)));
-    if since < 0 || !(1..=service.limits.page).contains(&limit) {
-        let detail = format!("since has to be 0 or more, limit 1 to {}", service.limits.page);
-        return Err(Problem::new(StatusCode::BAD_REQUEST, "query", "The query cannot be read", detail));
+    let (since, limit) = (query.since.unwrap_or(0), limit(query.limit, service.limits.page)?);
+    if since < 0 {
+        return Err(Problem::query("since has to be 0 or more"));
     }
     service.store.job(&id).await?;
     let events = service.store.events(&id, since, limit).await?;
@@ -107,44 +99,19 @@ async fn follow(
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Sse<impl Stream<Item = Result<Message, JobStoreError>>>, Problem> {
-    service.store.job(&id).await?;
     let last = headers.get("last-event-id").and_then(|v| v.to_str().ok()).and_then(|v| v.parse().ok()).unwrap_or(0);
-    let begin = Follow { service, id, last, waiting: Vec::new(), first: true };
-    Ok(Sse::new(stream::try_unfold(begin, Follow::next)).keep_alive(KeepAlive::default()))
-}
-
-/// A client that follows a job.
-struct Follow {
-    service: Coordinator,
-    id: String,
-    last: i64,
-    /// Events that were read and not yet sent, newest first.
-    waiting: Vec<Event>,
-    first: bool,
-}
-
-impl Follow {
-    async fn next(mut self) -> Result<Option<(Message, Self)>, JobStoreError> {
-        loop {
-            if let Some(event) = self.waiting.pop() {
-                self.last = event.number;
-                let view = EventView::of(event);
-                let message = Message::default().id(view.number.to_string()).event(view.kind);
-                let message = message.json_data(&view).unwrap_or_else(|_| Message::default().comment("unreadable"));
-                return Ok(Some((message, self)));
-            }
-            if !self.first {
-                tokio::time::sleep(PACE).await;
-            }
-            self.first = false;
-            // Asked before the events: a job that was over then has no event that the next line could miss.
-            let over = self.service.store.job(&self.id).await?.state.is_over();
-            self.waiting = self.service.store.events(&self.id, self.last, BATCH).await?;
-            self.waiting.reverse();
-            if over && self.waiting.is_empty() {
-                return Ok(None);
-            }
-            self.first = over;
+    let follower = service.feed.follow(&service.store, &id, last).await?;
+    let messages = stream::try_unfold((follower, VecDeque::new()), |(mut follower, mut waiting)| async {
+        if waiting.is_empty() {
+            waiting.extend(follower.next().await?.unwrap_or_default());
         }
-    }
+        Ok(waiting.pop_front().map(|event| (message(event), (follower, waiting))))
+    });
+    Ok(Sse::new(messages).keep_alive(KeepAlive::default()))
+}
+
+fn message(event: Event) -> Message {
+    let view = EventView::of(event);
+    let message = Message::default().id(view.number.to_string()).event(view.kind);
+    message.json_data(&view).unwrap_or_else(|_| Message::default().comment("unreadable"))
 }

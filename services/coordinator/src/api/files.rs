@@ -1,11 +1,13 @@
 //! What a job made: the files of its result.
 
 use crate::pages::tagged;
+use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use gable_job_store::Artifact;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -24,14 +26,19 @@ pub(crate) struct FileView {
     hash: String,
 }
 
+impl FileView {
+    pub(super) fn of(artifact: &Artifact, path: &str) -> Self {
+        Self { path: path.to_owned(), bytes: artifact.bytes, hash: artifact.blob.to_string() }
+    }
+}
+
 /// The files of a job's result
 #[utoipa::path(
     get, path = "/jobs/{id}/files", tag = "results",
     params(("id" = String, Path, description = "Id of the job")),
     responses(
         (status = 200, description = "The files, by path", body = Vec<FileView>),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        Refused<404>,
     )
 )]
 pub(crate) async fn list(
@@ -41,12 +48,7 @@ pub(crate) async fn list(
 ) -> Result<Json<Vec<FileView>>, Problem> {
     service.store.job(&id).await?;
     let found = service.store.artifacts(&id, RESULT).await?;
-    let view = found.into_iter().map(|a| FileView {
-        path: a.path[RESULT.len()..].to_owned(),
-        bytes: a.bytes,
-        hash: a.blob.to_string(),
-    });
-    Ok(Json(view.collect()))
+    Ok(Json(found.iter().map(|a| FileView::of(a, &a.path[RESULT.len()..])).collect()))
 }
 
 /// A file of a job's result
@@ -62,9 +64,8 @@ pub(crate) async fn list(
         (status = 200, description = "Its content", content_type = "application/octet-stream"),
         (status = 206, description = "A part of it", content_type = "application/octet-stream"),
         (status = 304, description = "Nothing new"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job or file", body = Problem, content_type = "application/problem+json"),
-        (status = 416, description = "The file has no such part", body = Problem, content_type = "application/problem+json"),
+        Refused<404>,
+        Refused<416>,
     )
 )]
 pub(crate) async fn content(
@@ -78,6 +79,16 @@ pub(crate) async fn content(
     let found = service.store.artifacts(&id, &full).await?;
     let file = found.into_iter().find(|a| a.path == full);
     let file = file.ok_or_else(|| Problem::not_found(format!("job {id} has no file {path:?}")))?;
+    send(&service, &headers, &path, &file).await
+}
+
+/// The content of a file, or the part of it that is asked for.
+pub(super) async fn send(
+    service: &Coordinator,
+    headers: &HeaderMap,
+    path: &str,
+    file: &Artifact,
+) -> Result<Response, Problem> {
     let part = match headers.get(header::RANGE).map(|v| range(v.to_str().unwrap_or_default(), file.bytes)) {
         None | Some(Range::Whole) => None,
         Some(Range::Part(first, last)) => Some((first, last)),
@@ -92,7 +103,7 @@ pub(crate) async fn content(
         }
     };
     let state = file.blob.to_string();
-    let known = tagged(&headers, &state, || StatusCode::OK.into_response());
+    let known = tagged(headers, &state, || StatusCode::OK.into_response());
     if known.status() == StatusCode::NOT_MODIFIED {
         return Ok(known);
     }
@@ -103,7 +114,7 @@ pub(crate) async fn content(
     };
     let mut response = (status, body).into_response();
     let fields = response.headers_mut();
-    fields.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type(&path)));
+    fields.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type(path)));
     fields.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
     if let Some((first, last)) = part
         && let Ok(v) = HeaderValue::from_str(&format!("bytes {first}-{last}/{}", file.bytes))

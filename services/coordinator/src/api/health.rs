@@ -1,5 +1,6 @@
 //! Whether the service is there, and whether it can work.
 
+use crate::problem::Refused;
 use crate::{Coordinator, Problem};
 use axum::extract::State;
 
@@ -14,7 +15,7 @@ pub(crate) async fn alive() -> &'static str {
     get, path = "/readyz", tag = "service",
     responses(
         (status = 200, description = "It can", body = String),
-        (status = 503, description = "Its database does not answer", body = Problem, content_type = "application/problem+json"),
+        Refused<503>,
     )
 )]
 pub(crate) async fn ready(State(service): State<Coordinator>) -> Result<&'static str, Problem> {

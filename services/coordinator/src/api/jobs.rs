@@ -1,18 +1,19 @@
 //! Jobs: submitting, finding, steering.
 
-use crate::auth::Scope;
-use crate::pages::{tagged, time};
+use crate::pages::{cut, limit, tagged, time};
+use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem, source};
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, QueryRejection};
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use gable_job_store::{Job, JobFilter, JobState, NewJob, NewTask, Task, TaskState};
+use gable_job_store::{Job, JobFilter, JobState, NewJob, NewTask, Scope, Task, TaskState};
 use gable_pipeline::params::PARAMETERS;
 use gable_pipeline::{Params, Stage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use utoipa::openapi::schema::{ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
 
 /// Longest idempotency key and city name, bytes.
@@ -158,8 +159,8 @@ pub(crate) struct JobPage {
 #[into_params(parameter_in = Query)]
 pub(crate) struct JobQuery {
     /// Only in this state.
-    #[param(inline)]
-    state: Option<StateName>,
+    #[param(schema_with = state_names)]
+    state: Option<JobState>,
     /// Only of this city.
     city: Option<String>,
     /// Only of this owner.
@@ -171,31 +172,10 @@ pub(crate) struct JobQuery {
     limit: Option<i64>,
 }
 
-/// State of a job.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum StateName {
-    Accepted,
-    Running,
-    Paused,
-    Successful,
-    Partial,
-    Failed,
-    Cancelled,
-}
-
-impl From<StateName> for JobState {
-    fn from(name: StateName) -> Self {
-        match name {
-            StateName::Accepted => Self::Accepted,
-            StateName::Running => Self::Running,
-            StateName::Paused => Self::Paused,
-            StateName::Successful => Self::Successful,
-            StateName::Partial => Self::Partial,
-            StateName::Failed => Self::Failed,
-            StateName::Cancelled => Self::Cancelled,
-        }
-    }
+/// The names of the states of jobs.
+fn state_names() -> utoipa::openapi::Object {
+    let names = JobState::ALL.iter().map(|state| state.name());
+    ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names)).build()
 }
 
 /// A priority.
@@ -219,14 +199,11 @@ pub(super) fn stage_name(number: i64) -> &'static str {
     responses(
         (status = 201, description = "Taken in", body = JobView, headers(("Location" = String, description = "Where the job is"))),
         (status = 200, description = "Taken in earlier under the same key", body = JobView),
-        (status = 400, description = "No JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 403, description = "Not allowed", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The key was used for another request", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too large"),
-        (status = 415, description = "The body is not said to be JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Source, city or parameters do not hold", body = Problem, content_type = "application/problem+json"),
-        (status = 429, description = "Too many jobs under way", body = Problem, content_type = "application/problem+json"),
+        Refused<409>,
+        Refused<413>,
+        Refused<415>,
+        Refused<422>,
+        Refused<429>,
     )
 )]
 pub(crate) async fn submit(
@@ -296,8 +273,6 @@ fn check(request: &JobRequest, service: &Coordinator) -> Result<(), Problem> {
     get, path = "/jobs", tag = "jobs", params(JobQuery),
     responses(
         (status = 200, description = "A page", body = JobPage),
-        (status = 400, description = "The query does not hold", body = Problem, content_type = "application/problem+json"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(crate) async fn list(
@@ -306,22 +281,11 @@ pub(crate) async fn list(
     query: Result<Query<JobQuery>, QueryRejection>,
 ) -> Result<Json<JobPage>, Problem> {
     let Query(query) = query?;
-    let limit = query.limit.unwrap_or(service.limits.page.min(100));
-    if !(1..=service.limits.page).contains(&limit) {
-        let detail = format!("limit has to be 1 to {}", service.limits.page);
-        return Err(Problem::new(StatusCode::BAD_REQUEST, "query", "The query cannot be read", detail));
-    }
-    let filter = JobFilter {
-        state: query.state.map(JobState::from),
-        city: query.city,
-        owner: query.owner,
-        before: query.before,
-    };
+    let limit = limit(query.limit, service.limits.page)?;
+    let filter = JobFilter { state: query.state, city: query.city, owner: query.owner, before: query.before };
     // One more than asked for, to know whether there is a next page.
     let mut jobs = service.store.jobs(&filter, limit + 1).await?;
-    let more = jobs.len() as i64 > limit;
-    jobs.truncate(limit as usize);
-    let next = jobs.last().filter(|_| more).map(|j| j.id.clone());
+    let next = cut(&mut jobs, limit, |j| j.id.clone());
     Ok(Json(JobPage { jobs: jobs.into_iter().map(JobView::of).collect(), next }))
 }
 
@@ -334,8 +298,7 @@ pub(crate) async fn list(
     responses(
         (status = 200, description = "The job", body = JobDetail, headers(("ETag" = String, description = "Its state"))),
         (status = 304, description = "Nothing new"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        Refused<404>,
     )
 )]
 pub(crate) async fn show(
@@ -380,10 +343,8 @@ macro_rules! steering {
                 params(("id" = String, Path, description = "Id of the job")),
                 responses(
                     (status = 200, description = "The job afterwards", body = JobView),
-                    (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-                    (status = 403, description = "Not allowed", body = Problem, content_type = "application/problem+json"),
-                    (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-                    (status = 409, description = "Its state does not allow it", body = Problem, content_type = "application/problem+json"),
+                    Refused<404>,
+                    Refused<409>,
                 )
             )]
             pub(crate) async fn $name(
@@ -418,14 +379,11 @@ steering! {
     request_body = Priority,
     responses(
         (status = 200, description = "The job afterwards", body = JobView),
-        (status = 400, description = "No JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
-        (status = 403, description = "Not allowed", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job is over", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "The body is too large"),
-        (status = 415, description = "The body is not said to be JSON", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a priority", body = Problem, content_type = "application/problem+json"),
+        Refused<404>,
+        Refused<409>,
+        Refused<413>,
+        Refused<415>,
+        Refused<422>,
     )
 )]
 pub(crate) async fn set_priority(

@@ -1,16 +1,22 @@
 //! The API under `/api/v1`, and its description.
 
 mod blocks;
+mod buildings;
+mod cities;
+mod city_files;
 mod events;
 mod files;
 mod health;
 mod jobs;
+mod metrics;
 mod parameters;
 mod workers;
 
+use crate::problem::{in_one_form, refused_anyway};
 use crate::{Coordinator, Problem};
 use axum::Router;
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::body::Body;
+use axum::http::{HeaderValue, Request, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -21,6 +27,7 @@ use tower_http::timeout::TimeoutLayer;
 use tower_http::trace::TraceLayer;
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Document;
+use utoipa::openapi::path::Operation;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -33,7 +40,9 @@ use utoipa_swagger_ui::SwaggerUi;
         description = "From the mesh of a city to its buildings: jobs, their blocks, events and results.",
         license(name = "MIT", identifier = "MIT"),
     ),
+    components(schemas(Problem)),
     tags(
+        (name = "cities", description = "What readers see: cities, their generations, buildings, tiles and files"),
         (name = "jobs", description = "Submitting and steering"),
         (name = "results", description = "What a job made"),
         (name = "service", description = "The service itself"),
@@ -59,14 +68,15 @@ pub fn router(service: Coordinator) -> Router {
                 "/docs lists what each address takes",
             )
         })
-        .layer(CompressionLayer::new())
         .layer(RequestBodyLimitLayer::new(limits.body))
+        .layer(axum::middleware::map_response(in_one_form))
+        .layer(CompressionLayer::new())
         .layer(CatchPanicLayer::custom(after_panic))
         .layer(SetResponseHeaderLayer::if_not_present(
             header::X_CONTENT_TYPE_OPTIONS,
             HeaderValue::from_static("nosniff"),
         ))
-        .layer(TraceLayer::new_for_http())
+        .layer(TraceLayer::new_for_http().make_span_with(span))
         .with_state(service)
 }
 
@@ -93,12 +103,41 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(events::list))
         .routes(routes!(files::list))
         .routes(routes!(files::content))
+        .routes(routes!(cities::list))
+        .routes(routes!(cities::show))
+        .routes(routes!(cities::generations))
+        .routes(routes!(cities::generation))
+        .routes(routes!(cities::changes))
+        .routes(routes!(buildings::list))
+        .routes(routes!(buildings::show))
+        .routes(routes!(city_files::tiles))
+        .routes(routes!(city_files::list))
+        .routes(routes!(city_files::content))
         .routes(routes!(parameters::list))
         .routes(routes!(workers::list));
-    OpenApiRouter::with_openapi(description)
-        .nest("/api/v1", v1)
-        .routes(routes!(health::alive))
-        .routes(routes!(health::ready))
+    let mut all = OpenApiRouter::with_openapi(description).nest("/api/v1", v1);
+    all = all.routes(routes!(metrics::show));
+    for operation in operations(all.get_openapi_mut()) {
+        for (status, response) in refused_anyway() {
+            operation.responses.responses.entry(status).or_insert(response);
+        }
+    }
+    all.routes(routes!(health::alive)).routes(routes!(health::ready))
+}
+
+/// What log lines about a request say of it. Headers and queries are left out: they may hold secrets.
+fn span(request: &Request<Body>) -> tracing::Span {
+    let path = request.uri().path();
+    let mut parts = path.split('/').skip_while(|part| *part != "jobs").skip(1);
+    let job = parts.next().filter(|id| !id.is_empty());
+    tracing::info_span!("request", method = %request.method(), path, job)
+}
+
+/// All operations of a description.
+fn operations(document: &mut Document) -> impl Iterator<Item = &mut Operation> {
+    document.paths.paths.values_mut().flat_map(|path| {
+        [&mut path.get, &mut path.put, &mut path.post, &mut path.delete].into_iter().filter_map(Option::as_mut)
+    })
 }
 
 fn after_panic(cause: Box<dyn Any + Send + 'static>) -> Response {

@@ -1,6 +1,6 @@
 //! The parameters that a job can set.
 
-use crate::{Caller, Problem};
+use crate::Caller;
 use axum::Json;
 use gable_pipeline::Params;
 use gable_pipeline::params::{PARAMETERS, PRESETS};
@@ -46,7 +46,6 @@ pub(crate) struct ParameterList {
     get, path = "/parameters", tag = "jobs",
     responses(
         (status = 200, description = "The list", body = ParameterList),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(crate) async fn list(_: Caller) -> Json<ParameterList> {

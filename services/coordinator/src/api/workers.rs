@@ -30,7 +30,6 @@ pub(crate) struct WorkerView {
     get, path = "/workers", tag = "service",
     responses(
         (status = 200, description = "The workers", body = Vec<WorkerView>),
-        (status = 401, description = "No valid token", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(crate) async fn list(State(service): State<Coordinator>, _: Caller) -> Result<Json<Vec<WorkerView>>, Problem> {

@@ -8,6 +8,7 @@ mod run;
 mod serve;
 mod synth;
 mod task;
+mod token;
 mod train;
 mod work;
 
@@ -29,6 +30,7 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Params(args) => params::run(args),
         Command::Serve(args) => serve::run(args),
         Command::Work(args) => work::run(args),
+        Command::Token(args) => token::run(args),
         Command::Task(args) => task::run(args),
     }
 }

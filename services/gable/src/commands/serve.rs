@@ -4,7 +4,7 @@ use crate::cli::ServeArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
-use gable_coordinator::{Coordinator, Limits};
+use gable_coordinator::{Coordinator, Feed, Limits};
 
 /// Serves until it is stopped.
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -16,7 +16,10 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     let mut stop = service::stop_signal()?;
     let parts = service::open(&args.keep).await?;
     if !args.listen.ip().is_loopback() && !parts.store.has_tokens().await? {
-        let text = format!("--listen {}: other machines would reach it, so make a token first", args.listen);
+        let text = format!(
+            "--listen {}: other machines would reach it, so make a token first: gable token create",
+            args.listen
+        );
         return Err(UsageError(text).into());
     }
     let listener = tokio::net::TcpListener::bind(args.listen)
@@ -29,6 +32,7 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         blobs: parts.blobs.clone(),
         roots: parts.roots.clone(),
         limits: Limits::default(),
+        feed: Feed::default(),
     };
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));

@@ -1,9 +1,11 @@
 //! The API over real HTTP.
 
-use gable_coordinator::{Coordinator, Limits, NewToken, Scope, create_token, document, router};
-use gable_job_store::{Artifact, Blobs, Finished, Retry, Store};
+use gable_coordinator::{Coordinator, Feed, Limits, NewToken, create_token, document, router};
+use gable_job_store::{Artifact, Blobs, Finished, Retry, Scope, Store};
 use serde_json::{Value, json};
 use std::time::Duration;
+
+mod cities;
 
 /// A service with an empty database, and the worker's side of it.
 struct Service {
@@ -23,6 +25,7 @@ async fn start() -> Service {
         blobs: Blobs::in_folder(&base.join("blobs")).expect("opens"),
         roots: vec![root],
         limits: Limits { body: 10_000, time: Duration::from_secs(20), page: 50 },
+        feed: Feed::default(),
     };
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));

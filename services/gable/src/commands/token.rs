@@ -1,0 +1,78 @@
+//! `gable token`: who may use the service.
+
+use crate::cli::{NewTokenArgs, TokenAction, TokenArgs};
+use crate::exit::{Outcome, UsageError};
+use crate::{service, table, terminal};
+use gable_coordinator::{NewToken, create_token};
+use gable_job_store::Store;
+use std::time::{Duration, SystemTime};
+
+/// Longest name of a token, bytes.
+const LONGEST: usize = 200;
+
+/// Makes, lists or revokes.
+pub(crate) fn run(args: &TokenArgs) -> anyhow::Result<Outcome> {
+    service::block_on(async {
+        let store = service::open_database(&args.at).await?;
+        match &args.action {
+            TokenAction::Create(new) => create(&store, new, args.json).await,
+            TokenAction::List => list(&store, args.json).await,
+            TokenAction::Revoke { name } => match store.remove_token(name).await? {
+                true => Ok(()),
+                false => Err(UsageError(format!("there is no token {name:?}: gable token list has all")).into()),
+            },
+        }
+    })?;
+    Ok(Outcome::Success)
+}
+
+async fn create(store: &Store, args: &NewTokenArgs, json: bool) -> anyhow::Result<()> {
+    let name = args.name.trim();
+    if name.is_empty() || name.len() > LONGEST || name.chars().any(char::is_control) {
+        return Err(UsageError(format!("the name has to have 1 to {LONGEST} bytes")).into());
+    }
+    let expires = args.days.map(end).transpose()?;
+    let new = NewToken { name: name.to_owned(), scope: args.scope, max_jobs: args.max_jobs, expires };
+    let token = create_token(store, &new).await?.ok_or_else(|| {
+        UsageError(format!("there is a token {name:?} already: revoke it first, or take another name"))
+    })?;
+    if json {
+        terminal::json(&serde_json::json!({ "name": name, "scope": args.scope, "token": token }));
+    } else {
+        terminal::stdout(&token);
+        terminal::stderr_line("keep it: it is not shown again");
+    }
+    Ok(())
+}
+
+/// The time after so many days, milliseconds since 1970.
+fn end(days: f64) -> Result<i64, UsageError> {
+    let wrong = || UsageError(format!("--days {days}: give a number above 0"));
+    let span = Duration::try_from_secs_f64(days * 86_400.0).ok().filter(|s| !s.is_zero()).ok_or_else(wrong)?;
+    let end = SystemTime::now().checked_add(span).and_then(|t| t.duration_since(SystemTime::UNIX_EPOCH).ok());
+    end.and_then(|t| i64::try_from(t.as_millis()).ok()).ok_or_else(wrong)
+}
+
+async fn list(store: &Store, json: bool) -> anyhow::Result<()> {
+    let tokens = store.tokens().await?;
+    let time = gable_coordinator::time;
+    if json {
+        let list: Vec<_> = tokens
+            .iter()
+            .map(|t| {
+                serde_json::json!({ "name": t.name, "scope": t.scope, "max_jobs": t.max_jobs,
+                    "created": time(t.created), "expires": t.expires.map(time) })
+            })
+            .collect();
+        terminal::json(&list);
+        return Ok(());
+    }
+    let mut rows = vec![["name", "scope", "max jobs", "created", "expires"].map(str::to_owned).to_vec()];
+    rows.extend(tokens.into_iter().map(|t| {
+        let most = t.max_jobs.map_or_else(|| "-".to_owned(), |n| n.to_string());
+        let expires = t.expires.map_or_else(|| "-".to_owned(), time);
+        vec![t.name, t.scope.name().to_owned(), most, time(t.created), expires]
+    }));
+    terminal::stdout(&table::render(&rows));
+    Ok(())
+}
