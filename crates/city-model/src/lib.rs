@@ -9,6 +9,7 @@ mod quantise;
 mod read;
 mod semantics;
 mod shell;
+pub mod tiles3d;
 mod tin;
 mod triangulate;
 pub mod validate;

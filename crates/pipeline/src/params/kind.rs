@@ -205,6 +205,8 @@ choices! {
         CityJsonSeq = "cityjsonseq",
         /// CityGML 2.0, one file for each tile.
         CityGml = "citygml",
+        /// 3D Tiles 1.1, contents for each tile and tilesets for the city.
+        Tiles3d = "3dtiles",
     }
 }
 

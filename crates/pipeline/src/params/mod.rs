@@ -216,6 +216,12 @@ impl Params {
         }
     }
 
+    /// Whether the ground is written with its picture on it.
+    #[must_use]
+    pub(crate) fn drapes_ground(&self) -> bool {
+        self.output.terrain && self.output.formats.contains(&Format::Tiles3d)
+    }
+
     /// Checks every limit, and what has to go together.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ pub(crate) mod segment;
 pub(crate) mod split;
 pub(crate) mod stitch;
 pub(crate) mod terrain;
+pub(crate) mod tiles3d;
 pub(crate) mod write;
 
 use crate::params::Params;

@@ -1,16 +1,18 @@
-//! Tiles and the whole city as CityJSON, CityJSONSeq and CityGML, and the index of what was written.
+//! Tiles and the whole city as CityJSON, CityJSONSeq, CityGML and 3D Tiles, and the index of what was written.
 
 use super::Context;
 use super::model::{self, Modelled, Tile};
 use super::split::Blocks;
+use super::tiles3d;
 use crate::artefact;
 use crate::failure::{Failures, guarded, is_local};
+use crate::mosaic::Mosaic;
 use crate::params::{Format, Params};
 use crate::summary::Lod;
 use crate::{PipelineError, Stage};
 use gable_city_model::{Building, CityModel, Header, SeqWriter, Terrain as Tin};
 use gable_geometry::dvec2;
-use gable_ortho::GridWindow;
+use gable_ortho::{GridWindow, Orthograph};
 use gable_segmentation::Terrain;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -50,6 +52,7 @@ pub(crate) fn write(
     blocks: &Blocks,
     tiles: &[Tile],
     terrain: &Terrain,
+    ortho: &Mosaic<Orthograph>,
     failures: &mut Failures,
     title: &str,
     out: &Path,
@@ -65,7 +68,7 @@ pub(crate) fn write(
             let name = format!("{ix}_{iy}");
             let made = guarded(Stage::Write, &name, || {
                 let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
-                tile(context, blocks, [ix, iy], modelled, terrain, title, out)
+                tile(context, blocks, [ix, iy], modelled, terrain, ortho, title, out)
             });
             let made = match made {
                 Err(error) if is_local(&error) => Err(error.to_string()),
@@ -75,7 +78,7 @@ pub(crate) fn write(
             Ok(([ix, iy], made))
         })
         .collect::<Result<_, PipelineError>>()?;
-    let (mut entries, mut tins) = (Vec::new(), Vec::new());
+    let (mut entries, mut tins, mut layers) = (Vec::new(), Vec::new(), Vec::new());
     for (block, made) in made {
         let written = made.unwrap_or_else(|reason| {
             failures.add(block, reason);
@@ -83,6 +86,7 @@ pub(crate) fn write(
         });
         tins.push(written.terrain.clone());
         entries.push(entry(blocks, block, &written, failures));
+        layers.push(written.layers);
     }
     // Formats apart, what a tile has no file for the city has not either.
     let tiles: Vec<&Tile> =
@@ -90,7 +94,7 @@ pub(crate) fn write(
     if context.params.output.formats.contains(&Format::CityJsonSeq) {
         city(context, blocks, &tiles, &tins, title, &out.join(CITY))?;
     }
-    let files = index(context, blocks, entries, title, out)?;
+    let files = index(context, blocks, entries, &layers, title, out)?;
     sweep(out, &files)?;
     Ok(files)
 }
@@ -102,6 +106,8 @@ pub(crate) struct Written {
     pub(crate) terrain: Option<Tin>,
     /// Names, relative to the folder of the result.
     pub(crate) files: Vec<String>,
+    /// What the tilesets have to know.
+    pub(crate) layers: tiles3d::Layers,
 }
 
 /// Writes the files of a tile.
@@ -111,6 +117,7 @@ pub(crate) fn tile(
     [ix, iy]: [u32; 2],
     modelled: Vec<Modelled>,
     terrain: &Terrain,
+    ortho: &Mosaic<Orthograph>,
     title: &str,
     out: &Path,
 ) -> Result<Written, PipelineError> {
@@ -123,10 +130,19 @@ pub(crate) fn tile(
         terrain: tin,
     };
     let mut files = Vec::new();
+    let mut layers = tiles3d::Layers::default();
     for format in &context.params.output.formats {
         let name = match format {
             Format::CityJson => format!("{ix}_{iy}.city.json"),
             Format::CityGml => format!("{ix}_{iy}.gml"),
+            Format::Tiles3d => {
+                let Some(window) = blocks.core(ix, iy) else { continue };
+                let (buildings, tin) = (&model.buildings, model.terrain.as_ref());
+                let (made, names) = tiles3d::tile(context, window, [ix, iy], buildings, tin, ortho, out)?;
+                layers = made;
+                files.extend(names);
+                continue;
+            }
             Format::CityJsonSeq => continue,
         };
         let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
@@ -139,7 +155,7 @@ pub(crate) fn tile(
         artefact::write(&out.join(&name), &bytes)?;
         files.push(name);
     }
-    Ok(Written { buildings: model.buildings, terrain: model.terrain, files })
+    Ok(Written { buildings: model.buildings, terrain: model.terrain, files, layers })
 }
 
 /// What the index tells of a tile.
@@ -153,17 +169,21 @@ pub(crate) fn entry(blocks: &Blocks, tile: [u32; 2], written: &Written, failures
     }
 }
 
-/// Writes the index; returns the names of all files of the result but those of the report.
+/// Writes the index and the tilesets; returns the names of all files of the result but those of the report.
 pub(crate) fn index(
     context: &Context<'_>,
     blocks: &Blocks,
     tiles: Vec<IndexEntry>,
+    layers: &[tiles3d::Layers],
     title: &str,
     out: &Path,
 ) -> Result<Vec<String>, PipelineError> {
     let city = context.params.output.formats.contains(&Format::CityJsonSeq).then_some(CITY);
     let mut files: Vec<String> = city.map(str::to_owned).into_iter().collect();
     files.extend(tiles.iter().flat_map(|e| e.files.iter().cloned()));
+    if context.params.output.formats.contains(&Format::Tiles3d) {
+        files.extend(tiles3d::tilesets(blocks, layers, title, out)?);
+    }
     let index = Index {
         title,
         crs: blocks.frame().crs.to_string(),
@@ -194,6 +214,14 @@ fn sweep(out: &Path, files: &[String]) -> Result<(), PipelineError> {
         let number = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
         if stem.split_once('_').is_some_and(|(ix, iy)| number(ix) && number(iy)) {
             stale.push(format!("tiles/{name}"));
+        }
+    }
+    let folder = out.join(tiles3d::FOLDER);
+    if folder.is_dir() {
+        for entry in std::fs::read_dir(&folder).map_err(failed(&folder))? {
+            let name = entry.map_err(failed(&folder))?.file_name();
+            let name = name.to_str().filter(|name| tiles3d::is_ours(name));
+            stale.extend(name.map(|name| format!("{}/{name}", tiles3d::FOLDER)));
         }
     }
     for name in stale.iter().filter(|name| !files.contains(name)) {

@@ -39,7 +39,7 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         }
     }
 
-    let (mut entries, mut buildings) = (Vec::new(), Vec::new());
+    let (mut entries, mut buildings, mut layers) = (Vec::new(), Vec::new(), Vec::new());
     let mut lines: [Vec<PathBuf>; 2] = Default::default();
     for (ix, iy) in blocks.with_data() {
         let name = format!("{ix}_{iy}");
@@ -48,6 +48,7 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
                 entries
                     .push(stage::IndexEntry { failed: failures.reason([ix, iy]).map(str::to_owned), ..written.entry });
                 buildings.extend(written.buildings);
+                layers.push(written.layers);
                 for (list, part) in lines.iter_mut().zip(["buildings", "terrain"]) {
                     list.push(folder.join(lines_file(&name, part)));
                 }
@@ -60,7 +61,7 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         stage::join(context, &header, &lines.concat(), &out.join(stage::CITY))?;
     }
     let tiles: BTreeSet<String> = entries.iter().flat_map(|e| e.files.iter().cloned()).collect();
-    let mut files = stage::index(context, &blocks, entries, &unit.title(), &out)?;
+    let mut files = stage::index(context, &blocks, entries, &layers, &unit.title(), &out)?;
     let labels_of = |files: &[LabelFile]| {
         let tile = |l: &LabelFile| MosaicTile { window: l.window, path: folder.join(&l.file) };
         Mosaic::new(files.iter().map(tile).collect(), params.sampling.step, context.cache_bytes() / 8)

@@ -31,6 +31,9 @@ pub(super) struct ModelDetail {
 pub(super) struct WriteDetail {
     /// The title of the city.
     pub(super) title: String,
+    /// The rasters of the tile, where its ground is to be seen.
+    #[serde(default)]
+    pub(super) pieces: Vec<Piece>,
 }
 
 /// The blocks that failed up to the labelling, with their reasons.
@@ -165,8 +168,14 @@ impl City<'_> {
         if let Some(window) = self.blocks.core(ix, iy).filter(|_| self.params().output.terrain) {
             reads.extend(terrain_file::tiles(self.sampled.terrain, write::terrain_window(self.params(), window)));
         }
+        let mut pieces = Vec::new();
+        if let Some(window) = self.blocks.core(ix, iy).filter(|_| self.params().drapes_ground()) {
+            let step = self.params().sampling.step;
+            pieces.extend(self.sampled.pieces().filter(|p| !p.window(step).intersection(&window).is_empty()).cloned());
+            reads.extend(pieces.iter().map(|p| p.file.clone()));
+        }
         let groups = ["sampling", "segmentation", "output", "validation"];
-        self.task(Stage::Write, &name, reads, &groups, &WriteDetail { title: self.unit.title() })
+        self.task(Stage::Write, &name, reads, &groups, &WriteDetail { title: self.unit.title(), pieces })
     }
 
     fn task(

@@ -7,7 +7,7 @@ use super::{RESULT, Unit, UnitResult, terrain_file};
 use crate::failure::Failures;
 use crate::params::Format;
 use crate::stages::split::Blocks;
-use crate::stages::{model, write as stage};
+use crate::stages::{model, sample, tiles3d, write as stage};
 use crate::{PipelineError, artefact};
 use gable_ortho::{GridWindow, Raster};
 use gable_segmentation::Terrain;
@@ -18,14 +18,18 @@ use serde::{Deserialize, Serialize};
 pub(super) struct WrittenTile {
     pub(super) entry: stage::IndexEntry,
     pub(super) buildings: Vec<CityBuilding>,
+    /// What the tilesets have to know.
+    #[serde(default)]
+    pub(super) layers: tiles3d::Layers,
 }
 
-/// Reads: `grid.json`, the tile's models (none if it owns no building, or if they failed), the tiles of the terrain under it.
-/// Makes: `result/tiles/`, its lines in the file of the city, and `written/{ix}_{iy}.json`.
+/// Reads: `grid.json`, the tile's models (none if it owns no building, or if they failed), the tiles of the terrain under it; for 3D
+/// Tiles also its rasters. Makes: `result/tiles/`, `result/3dtiles/`, its lines in the file of the city, and `written/{ix}_{iy}.json`.
 pub(super) fn write(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder, name) = (unit.context, unit.folder, unit.task.unit.as_str());
     let [ix, iy] = unit.block()?;
-    let WriteDetail { title } = unit.detail()?;
+    let WriteDetail { title, pieces } = unit.detail()?;
+    let ortho = sample::mosaic(context, &pieces);
     let blocks = Blocks { report: unit.read(GRID)?, folder: folder.join("blocks") };
     let modelled: Vec<model::Modelled> =
         artefact::read_json(&folder.join(model::model_file(ix, iy)))?.unwrap_or_default();
@@ -40,7 +44,7 @@ pub(super) fn write(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     for made in ["result/tiles", "written", "lines"] {
         artefact::create_dir(&folder.join(made))?;
     }
-    let written = stage::tile(context, &blocks, [ix, iy], modelled, &terrain, &title, &folder.join(RESULT))?;
+    let written = stage::tile(context, &blocks, [ix, iy], modelled, &terrain, &ortho, &title, &folder.join(RESULT))?;
     let mut made: Vec<String> = written.files.iter().map(|file| format!("{RESULT}{file}")).collect();
     if context.params.output.formats.contains(&Format::CityJsonSeq) {
         let parts = stage::lines(context, &stage::header(&blocks, &title), &written)?;
@@ -52,7 +56,7 @@ pub(super) fn write(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     }
     let buildings = city::buildings(&written.buildings, &records, blocks.frame());
     let entry = stage::entry(&blocks, [ix, iy], &written, &Failures::default());
-    unit.write(&written_file(name), &WrittenTile { entry, buildings })?;
+    unit.write(&written_file(name), &WrittenTile { entry, buildings, layers: written.layers })?;
     made.push(written_file(name));
     Ok(UnitResult { made, ..UnitResult::default() })
 }
