@@ -2,6 +2,8 @@
 
 use crate::WorkerError;
 use crate::protocol::{BAD_INPUT, FAILED, Order, PHASE, Report};
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::Pid;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Stdio;
@@ -144,8 +146,12 @@ pub(crate) async fn run(
     })
 }
 
+/// Kills a child and all that it has started: what is left would go on computing, and hold its pipes open.
 async fn kill(child: &mut Child) {
-    // An error means that it has ended by itself.
+    // It leads a group of its own; its number is known until it was waited for. Errors mean that it has ended by itself.
+    if let Some(group) = child.id().and_then(|pid| i32::try_from(pid).ok()) {
+        let _ = killpg(Pid::from_raw(group), Signal::SIGKILL);
+    }
     let _ = child.kill().await;
 }
 

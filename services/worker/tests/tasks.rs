@@ -135,6 +135,12 @@ async fn limits_are_kept() {
             Limits { memory: 1 << 30, time: Duration::from_millis(300) },
             "took longer than the limit of 0.3 s",
         ),
+        // What the child has started holds its pipes open, and has to go with it.
+        (
+            "sleep 61 & wait",
+            Limits { memory: 1 << 30, time: Duration::from_millis(300) },
+            "took longer than the limit of 0.3 s",
+        ),
         (
             "x=$(head -c 40000000 /dev/zero | tr '\\0' x); sleep 60",
             Limits { memory: 20 << 20, time: Duration::from_secs(30) },
@@ -143,7 +149,9 @@ async fn limits_are_kept() {
     ] {
         let job = town.submit(1).await;
         let worker = town.worker("w", script, |s| s.limits = limits);
+        let begin = std::time::Instant::now();
         assert_eq!(town.work(&worker, &job).await, JobState::Partial);
+        assert!(begin.elapsed() < Duration::from_secs(30), "{script} was waited for: {:?}", begin.elapsed());
         let told = town.reason(&job).await;
         assert!(told.contains(reason), "{told}");
     }
