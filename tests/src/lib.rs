@@ -2,6 +2,7 @@
 
 mod binary;
 mod city;
+mod node;
 #[path = "../../crates/job-store/tests/conformance/postgres.rs"]
 mod postgres;
 mod result;
@@ -11,6 +12,7 @@ mod valid;
 
 pub use binary::{Finished, gable, run_gable, start_gable};
 pub use city::{case, town};
+pub use node::run_node;
 pub use result::{Tile, bytes_of_models, footprint_iou, footprints, read_city, tiles};
 pub use service::{Database, Files, Process, Service, files_of, pause_postgres, same_models, signal};
 pub use skip::{schemas, skip, test_data};

@@ -185,6 +185,23 @@ impl Service {
         Process::start(&self.arguments("work", "work", &[&["--slots", "1"], more].concat()), None).0
     }
 
+    /// Where the coordinator is.
+    #[must_use]
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// A page of the coordinator as text.
+    ///
+    /// # Panics
+    /// If it does not answer well.
+    #[must_use]
+    pub fn text(&self, path: &str) -> String {
+        let url = format!("{}{path}", self.address);
+        let mut answer = ureq::get(&url).call().unwrap_or_else(|e| panic!("{url}: {e}"));
+        answer.body_mut().read_to_string().expect("text")
+    }
+
     /// Asks the coordinator.
     ///
     /// # Panics

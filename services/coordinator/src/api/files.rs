@@ -159,6 +159,7 @@ fn media_type(path: &str) -> &'static str {
         "jsonl" => "application/json-seq",
         "gml" => "application/gml+xml",
         "html" => "text/html; charset=utf-8",
+        "glb" => "model/gltf-binary",
         "png" => "image/png",
         "jpg" => "image/jpeg",
         _ => "application/octet-stream",

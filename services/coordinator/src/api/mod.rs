@@ -2,8 +2,10 @@
 
 mod blocks;
 mod buildings;
+mod caller;
 mod cities;
 mod city_files;
+mod dashboard;
 mod events;
 mod files;
 mod health;
@@ -58,6 +60,7 @@ pub fn router(service: Coordinator) -> Router {
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, limits.time))
         // A stream of events is as long as its job, so it has no time limit.
         .merge(events::stream_router())
+        .merge(dashboard::router())
         .merge(SwaggerUi::new("/docs").url("/api/v1/openapi.json", document))
         .fallback(|| async { Problem::not_found("no such address: /docs lists all") })
         .method_not_allowed_fallback(|| async {
@@ -114,7 +117,8 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(city_files::list))
         .routes(routes!(city_files::content))
         .routes(routes!(parameters::list))
-        .routes(routes!(workers::list));
+        .routes(routes!(workers::list))
+        .routes(routes!(caller::show));
     let mut all = OpenApiRouter::with_openapi(description).nest("/api/v1", v1);
     all = all.routes(routes!(metrics::show));
     for operation in operations(all.get_openapi_mut()) {

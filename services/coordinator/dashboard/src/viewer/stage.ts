@@ -1,0 +1,415 @@
+// The three-dimensional stage: camera, controls, tiles, and what is clicked.
+
+import { TilesRenderer } from '3d-tiles-renderer/three';
+import { GLTFExtensionsPlugin } from '3d-tiles-renderer/src/three/plugins/GLTFExtensionsPlugin.js';
+import { Box3, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, type Object3D, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from 'three';
+import { MapControls } from 'three/addons/controls/MapControls.js';
+import { type ResultPlace, authorisation, request } from '../api';
+import { cityJsonScene } from './cityjson';
+import { type Features, type Mode, type Properties, featuresOf, paint } from './features';
+import { background, light, material } from './look';
+
+export interface Picked {
+  building: Properties;
+  surface?: Properties;
+}
+
+export type Lod = 'auto' | '0' | '1' | '2';
+
+const TILESETS: Record<Lod, string> = { auto: 'buildings', 0: 'lod0', 1: 'lod1', 2: 'lod2' };
+const EDGES = new LineBasicMaterial({ color: 0x1f1a17, transparent: true, opacity: 0.32 });
+
+/// Least share of the pixels, along each side, while the view moves.
+const MIN_QUALITY = 0.45;
+
+/// Whether pictures are drawn by the processor, for which smooth edges are too much.
+function isSoftware(): boolean {
+  const context = document.createElement('canvas').getContext('webgl2');
+  const names = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = context && names ? String(context.getParameter(names.UNMASKED_RENDERER_WEBGL)) : '';
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+export class Stage {
+  private renderer: WebGLRenderer;
+  private scene = new Scene();
+  private camera = new PerspectiveCamera(45, 1, 1, 20_000);
+  private controls: MapControls;
+  private buildings: TilesRenderer | null = null;
+  private ground: TilesRenderer | null = null;
+  private file = new Group();
+  private mode: Mode = 'semantics';
+  private chosen: string | null = null;
+  private wanted: string | null = null;
+  private dirty = 3;
+  private quality = 1;
+  private lastMove = 0;
+  private lastFrame = 0;
+  private lastPicture = 0;
+  private stopped = false;
+  private observer: ResizeObserver;
+  private extent = new Box3();
+  /// World coordinates of the local origin.
+  private origin = new Vector3();
+  /// Times of the last frames, milliseconds: what the tests measure.
+  readonly frames: number[] = [];
+  onPick: (picked: Picked | null) => void = () => {};
+  onChange: (state: { loading: boolean; buildings: number }) => void = () => {};
+  onError: (error: Error) => void = () => {};
+
+  constructor(private canvas: HTMLCanvasElement, dark: boolean) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: !isSoftware(), powerPreference: 'high-performance' });
+    this.camera.up.set(0, 0, 1);
+    this.scene.background = background(dark);
+    light(this.scene);
+    this.scene.add(this.file);
+    this.controls = new MapControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.15;
+    this.controls.maxPolarAngle = 1.5;
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener('change', () => this.moved());
+    this.controls.listenToKeyEvents(canvas);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(canvas.parentElement!);
+    this.resize();
+    let down: [number, number] | null = null;
+    canvas.addEventListener('pointerdown', (e) => (down = [e.clientX, e.clientY]));
+    canvas.addEventListener('pointerup', (e) => {
+      if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 5) this.pick(e);
+      down = null;
+    });
+    const loop = (time: number) => {
+      if (this.stopped) return;
+      requestAnimationFrame(loop);
+      this.frame(time);
+    };
+    requestAnimationFrame(loop);
+  }
+
+  redraw() {
+    this.dirty = 3;
+  }
+
+  setDark(dark: boolean) {
+    this.scene.background = background(dark);
+    this.redraw();
+  }
+
+  private resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(this.quality * Math.min(2, devicePixelRatio));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    for (const tiles of [this.buildings, this.ground]) tiles?.setResolutionFromRenderer(this.camera, this.renderer);
+    this.redraw();
+  }
+
+  private moved() {
+    this.lastMove = performance.now();
+    this.redraw();
+  }
+
+  /// Slow machines get fewer pixels while the view moves, and all of them when it stands.
+  private adapt(time: number) {
+    const took = time - this.lastFrame;
+    this.lastFrame = time;
+    const moving = performance.now() - this.lastMove < 300;
+    let quality = this.quality;
+    if (!moving) quality = 1;
+    else if (took > 40 && took < 500) quality = Math.max(MIN_QUALITY, quality * 0.8);
+    else if (took < 18) quality = Math.min(1, quality * 1.1);
+    if (Math.abs(quality - this.quality) < 0.02) return;
+    this.quality = quality;
+    this.resize();
+  }
+
+  private frame(time: number) {
+    this.controls.update();
+    this.adapt(time);
+    this.camera.updateMatrixWorld();
+    let busy = false;
+    for (const tiles of [this.ground, this.buildings]) {
+      if (!tiles) continue;
+      if (this.dirty || tiles.loadProgress < 1) tiles.update();
+      busy ||= tiles.loadProgress < 1;
+    }
+    if (busy) this.dirty = Math.max(this.dirty, 2);
+    if (!this.dirty) return;
+    // While tiles come in, pictures wait for them, unless the view moves.
+    const moving = performance.now() - this.lastMove < 300;
+    if (busy && !moving && time - this.lastPicture < 200) return;
+    this.lastPicture = time;
+    this.dirty--;
+    this.renderer.render(this.scene, this.camera);
+    this.frames.push(time);
+    if (this.frames.length > 300) this.frames.shift();
+    let count = 0;
+    this.meshes((mesh) => (count += featuresOf(mesh)!.buildings.length));
+    this.onChange({ loading: busy, buildings: count });
+  }
+
+  /// All meshes of buildings that are shown.
+  private meshes(visit: (mesh: Mesh) => void) {
+    const look = (object: { traverse: (f: (o: any) => void) => void }) => object.traverse((o) => featuresOf(o) && visit(o as Mesh));
+    this.buildings?.group.children.forEach(look);
+    look(this.file);
+  }
+
+  /// Shows a result at a LOD.
+  async show(place: ResultPlace, lod: Lod): Promise<void> {
+    const name = TILESETS[lod];
+    const url = place.file(`3dtiles/${name}.json`);
+    const tileset = await (await request(url)).json();
+    this.buildings?.dispose();
+    this.buildings?.group.removeFromParent();
+    this.clearFile();
+    this.origin.fromArray(tileset.asset.extras?.origin ?? [0, 0, 0]);
+    this.buildings = this.tiles(place, url, tileset.root.transform);
+    this.buildings.addEventListener('load-model', ({ scene }) => this.prepare(scene, lod));
+    if (this.extent.isEmpty()) {
+      const box: number[] = tileset.root.boundingVolume.box;
+      const [centre, half] = [new Vector3(...box), new Vector3(box[3], box[7], box[11])];
+      this.extent.set(centre.clone().sub(half), centre.clone().add(half));
+      this.home();
+    }
+    this.redraw();
+  }
+
+  /// Resolves when the buildings that are to be seen are there.
+  private settled(): Promise<void> {
+    return new Promise((resolve) => {
+      const begin = performance.now();
+      const look = () => {
+        if (this.stopped || performance.now() - begin > 20_000 || (this.buildings && this.buildings.root && this.buildings.loadProgress === 1)) resolve();
+        else setTimeout(look, 100);
+      };
+      look();
+    });
+  }
+
+  /// Shows or hides the ground. It waits for the buildings, which are fewer bytes and what is looked for.
+  async showGround(place: ResultPlace, on: boolean): Promise<void> {
+    await this.settled();
+    if (this.stopped) return;
+    if (this.ground) this.ground.group.visible = on;
+    else if (on) {
+      const url = place.file('3dtiles/ground.json');
+      const tileset = await (await request(url)).json();
+      this.ground = this.tiles(place, url, tileset.root.transform);
+    }
+    this.redraw();
+  }
+
+  private tiles(place: ResultPlace, url: string, transform?: number[]): TilesRenderer {
+    const tiles = new TilesRenderer(url);
+    tiles.fetchOptions = { headers: authorisation() };
+    tiles.registerPlugin(new GLTFExtensionsPlugin({ metadata: true, autoDispose: false }));
+    // Contents are named relative to the tileset; which generation they are of is in the query.
+    const query = new URL(place.file('x'), location.href).search;
+    tiles.registerPlugin({ preprocessURL: (address: string) => (query && !address.includes('?') ? address + query : address) });
+    tiles.errorTarget = 12;
+    tiles.setCamera(this.camera);
+    tiles.setResolutionFromRenderer(this.camera, this.renderer);
+    // The stage stands in the local frame: what takes the city to the globe is taken back.
+    if (transform) tiles.group.applyMatrix4(new Matrix4().fromArray(transform).invert());
+    tiles.addEventListener('needs-update', () => this.redraw());
+    tiles.addEventListener('load-model', () => this.redraw());
+    tiles.addEventListener('load-error', ({ error }) => this.onError(error));
+    this.scene.add(tiles.group);
+    return tiles;
+  }
+
+  /// Takes the tables of a loaded tile over, and gives it the viewer's look.
+  private prepare(scene: Object3D, lod: Lod) {
+    const found: Mesh[] = [];
+    scene.traverse((object: any) => object.isMesh && found.push(object));
+    for (const mesh of found) {
+      const metadata = mesh.userData.structuralMetadata;
+      const numbers = (name: string) => mesh.geometry.getAttribute(name)?.array as ArrayLike<number>;
+      const [ofBuilding, ofSurface] = [numbers('_feature_id_0'), numbers('_feature_id_1')];
+      if (!metadata || !ofBuilding || !ofSurface) continue;
+      const rows = (table: number, count: number) => {
+        const ids = Array.from({ length: count }, (_, i) => i);
+        return metadata.getPropertyTableData(ids.map(() => table), ids) as Properties[];
+      };
+      const most = (list: ArrayLike<number>) => Array.prototype.reduce.call(list, (a: any, b: any) => Math.max(a, b), -1) as number;
+      const features: Features = { ofBuilding, ofSurface, buildings: rows(0, most(ofBuilding) + 1), surfaces: rows(1, most(ofSurface) + 1) };
+      mesh.userData.features = features;
+      mesh.material = material(lod === '0');
+      this.finish(mesh);
+    }
+  }
+
+  private finish(mesh: Mesh) {
+    paint(mesh, this.mode, this.chosen);
+    const lines = new LineSegments(new EdgesGeometry(mesh.geometry, 20), EDGES);
+    lines.raycast = () => {};
+    mesh.add(lines);
+    if (this.wanted && this.chooseIn(mesh, this.wanted)) this.wanted = null;
+    this.redraw();
+  }
+
+  /// Shows a CityJSON file in place of tiles.
+  showCityJson(city: any, lod: Lod) {
+    if (this.buildings) this.buildings.group.visible = false;
+    if (this.ground) this.ground.group.visible = false;
+    this.clearFile();
+    const { group, origin } = cityJsonScene(city, lod, this.extent.isEmpty() ? null : this.origin);
+    this.origin.copy(origin);
+    this.file.add(group);
+    this.extent.setFromObject(group);
+    this.meshes((mesh) => this.finish(mesh));
+    this.home();
+  }
+
+  private clearFile() {
+    this.file.traverse((o: any) => o.geometry?.dispose());
+    this.file.clear();
+    if (this.buildings) this.buildings.group.visible = true;
+  }
+
+  setMode(mode: Mode) {
+    this.mode = mode;
+    this.meshes((mesh) => paint(mesh, mode, this.chosen));
+    this.redraw();
+  }
+
+  /// The whole city, seen from the south at an angle.
+  home(elevation = 52) {
+    const centre = this.extent.getCenter(new Vector3());
+    const size = this.extent.getSize(new Vector3());
+    // What is near looks larger, so the middle of the picture is north of the city's.
+    centre.y += 0.04 * size.y;
+    const span = Math.max(size.x, size.y * 1.1, 40);
+    const [sin, cos] = [Math.sin((elevation * Math.PI) / 180), Math.cos((elevation * Math.PI) / 180)];
+    const fit = Math.max(1, 1.25 / this.camera.aspect);
+    this.fly(centre, span * 1.22 * fit, sin, cos);
+  }
+
+  private fly(target: Vector3, distance: number, sin: number, cos: number) {
+    this.camera.near = Math.max(0.5, distance / 1000);
+    this.camera.far = Math.max(5000, distance * 20);
+    this.camera.updateProjectionMatrix();
+    this.controls.target.copy(target);
+    this.camera.position.set(target.x, target.y - distance * cos, target.z + distance * sin);
+    this.controls.update();
+    this.redraw();
+  }
+
+  fromAbove() {
+    const target = this.controls.target.clone();
+    this.fly(target, this.camera.position.distanceTo(target), 1, 0.001);
+  }
+
+  aslant() {
+    const target = this.controls.target.clone();
+    this.fly(target, this.camera.position.distanceTo(target), 0.64, 0.77);
+  }
+
+  /// Looks at a box of world coordinates.
+  lookAt([west, south, east, north]: number[]) {
+    const z = this.extent.isEmpty() ? 0 : this.extent.getCenter(new Vector3()).z;
+    const target = new Vector3((west + east) / 2 - this.origin.x, (south + north) / 2 - this.origin.y, z);
+    this.fly(target, 1.3 * Math.max(east - west, north - south), 0.77, 0.64);
+  }
+
+  /// Chooses a building by its id as soon as it is there, and looks at it.
+  seek(id: string) {
+    this.wanted = id;
+    this.meshes((mesh) => {
+      if (this.wanted && this.chooseIn(mesh, id)) this.wanted = null;
+    });
+  }
+
+  private chooseIn(mesh: Mesh, id: string): boolean {
+    const features = featuresOf(mesh)!;
+    const number = features.buildings.findIndex((b) => b.id === id);
+    if (number < 0) return false;
+    mesh.updateWorldMatrix(true, false);
+    const box = new Box3();
+    const positions = mesh.geometry.getAttribute('position');
+    for (let i = 0; i < positions.count; i++) {
+      if (features.ofBuilding[i] === number) box.expandByPoint(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(mesh.matrixWorld));
+    }
+    // Matrices of a tile that is not shown yet are not known: it is looked at when it is.
+    this.choose(features.buildings[number]);
+    if (!box.isEmpty()) this.fly(box.getCenter(new Vector3()), 4 * box.getSize(new Vector3()).length(), 0.64, 0.77);
+    return true;
+  }
+
+  private choose(building: Properties | null, surface?: Properties) {
+    this.chosen = building ? String(building.id) : null;
+    this.meshes((mesh) => paint(mesh, this.mode, this.chosen));
+    this.onPick(building ? { building, surface } : null);
+    this.redraw();
+  }
+
+  unchoose() {
+    this.choose(null);
+  }
+
+  private pick(event: { clientX: number; clientY: number }) {
+    const frame = this.canvas.getBoundingClientRect();
+    const at = new Vector2(((event.clientX - frame.left) / frame.width) * 2 - 1, 1 - ((event.clientY - frame.top) / frame.height) * 2);
+    const ray = new Raycaster();
+    ray.setFromCamera(at, this.camera);
+    const targets = [this.file, this.buildings?.group].filter((g): g is NonNullable<typeof g> => !!g && g.visible);
+    const hit = ray.intersectObjects(targets, true).find((h) => featuresOf(h.object));
+    if (!hit?.face) return this.choose(null);
+    const features = featuresOf(hit.object)!;
+    this.choose(features.buildings[features.ofBuilding[hit.face.a]], features.surfaces[features.ofSurface[hit.face.a]]);
+  }
+
+  /// Where a building is on the canvas, for the tests; none if it is not shown.
+  locate(id?: string): { id: string; x: number; y: number } | null {
+    let found: { id: string; x: number; y: number } | null = null;
+    this.meshes((mesh) => {
+      const features = featuresOf(mesh)!;
+      const positions = mesh.geometry.getAttribute('position');
+      mesh.updateWorldMatrix(true, false);
+      const boxes = features.buildings.map(() => new Box3());
+      for (let i = 0; i < positions.count; i++) boxes[features.ofBuilding[i]].expandByPoint(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(mesh.matrixWorld));
+      features.buildings.forEach((b, i) => {
+        if (found || (id && b.id !== id) || boxes[i].isEmpty()) return;
+        const p = boxes[i].getCenter(new Vector3()).project(this.camera);
+        const frame = this.canvas.getBoundingClientRect();
+        if (Math.abs(p.x) < 0.9 && Math.abs(p.y) < 0.9) found = { id: String(b.id), x: frame.left + ((p.x + 1) / 2) * frame.width, y: frame.top + ((1 - p.y) / 2) * frame.height };
+      });
+    });
+    return found;
+  }
+
+  /// Turns around the city for some seconds; gives the frames in each of them.
+  async turn(duration: number): Promise<number> {
+    const begin = performance.now();
+    let frames = 0;
+    const target = this.controls.target.clone();
+    const arm = this.camera.position.clone().sub(target);
+    await new Promise<void>((resolve) => {
+      const step = () => {
+        const passed = performance.now() - begin;
+        this.camera.position.copy(arm).applyAxisAngle(new Vector3(0, 0, 1), passed / 2000).add(target);
+        this.moved();
+        frames++;
+        if (passed < duration) requestAnimationFrame(step);
+        else resolve();
+      };
+      requestAnimationFrame(step);
+    });
+    return (1000 * frames) / (performance.now() - begin);
+  }
+
+  dispose() {
+    this.stopped = true;
+    this.observer.disconnect();
+    this.controls.dispose();
+    this.buildings?.dispose();
+    this.ground?.dispose();
+    this.clearFile();
+    this.renderer.dispose();
+  }
+}

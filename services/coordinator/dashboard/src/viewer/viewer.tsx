@@ -1,0 +1,193 @@
+// The city in the browser.
+
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { type ResultFile, type ResultPlace, download, filesOf, request } from '../api';
+import { type Route, replaceQuery } from '../router';
+import { Failure, Loading } from '../ui';
+import { MODES, type Mode, type Properties, legendOf } from './features';
+import { type Lod, type Picked, Stage } from './stage';
+
+const isDark = () => {
+  const set = document.documentElement.dataset.theme;
+  return set ? set === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
+};
+
+export function Viewer({ place, back, route }: { place: ResultPlace; back: string; route: Route }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const stage = useRef<Stage | null>(null);
+  const [files, setFiles] = useState<ResultFile[] | null>(null);
+  const [error, setError] = useState<Error | null>(null);
+  const [picked, setPicked] = useState<Picked | null>(null);
+  const [state, setState] = useState({ loading: true, buildings: 0 });
+  const lod = (route.query.get('lod') ?? 'auto') as Lod;
+  const mode = (route.query.get('colour') ?? 'semantics') as Mode;
+  const ground = route.query.get('ground') !== 'off';
+  const source = route.query.get('file');
+  const hasTiles = files?.some((f) => f.path === '3dtiles/tileset.json') ?? false;
+  const hasGround = files?.some((f) => f.path.endsWith('.ground.glb')) ?? false;
+  const cityJson = files?.filter((f) => f.path.endsWith('.city.json')).map((f) => f.path) ?? [];
+  const set = (changes: Record<string, string | undefined>) => replaceQuery(route, changes);
+
+  useEffect(() => {
+    filesOf(place).then(setFiles, setError);
+  }, []);
+  useEffect(() => {
+    let made: Stage;
+    try {
+      made = new Stage(canvas.current!, isDark());
+    } catch (problem) {
+      setError(new Error(`This browser shows no 3D here (WebGL): ${(problem as Error).message}`));
+      return;
+    }
+    stage.current = made;
+    (window as any).gableStage = made;
+    made.onPick = setPicked;
+    made.onError = setError;
+    made.onChange = (next) => setState((old) => (old.loading === next.loading && old.buildings === next.buildings ? old : next));
+    const scheme = matchMedia('(prefers-color-scheme: dark)');
+    const changed = () => made.setDark(isDark());
+    scheme.addEventListener('change', changed);
+    const observer = new MutationObserver(changed);
+    observer.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme'] });
+    return () => {
+      scheme.removeEventListener('change', changed);
+      observer.disconnect();
+      made.dispose();
+      stage.current = null;
+    };
+  }, []);
+  // Without 3D Tiles, the first tile with a CityJSON file is shown.
+  const file = source ?? (files && !hasTiles ? cityJson[0] : undefined);
+  useEffect(() => {
+    if (!files || !stage.current) return;
+    setError(null);
+    if (file) {
+      request(place.file(file)).then((answer) => answer.json()).then((city) => stage.current?.showCityJson(city, lod)).catch(setError);
+      return;
+    }
+    if (!hasTiles) return;
+    const building = route.query.get('building');
+    const tile = route.query.get('tile');
+    stage.current.show(place, lod).then(async () => {
+      if (building) stage.current?.seek(building);
+      if (tile && !building) {
+        const index = await (await request(place.file('index.json'))).json();
+        const entry = index.tiles.find((t: { tile: number[] }) => t.tile.join('_') === tile);
+        if (entry) stage.current?.lookAt(entry.bbox);
+      }
+    }).catch(setError);
+  }, [files, file, lod]);
+  useEffect(() => {
+    if (hasGround && !file) stage.current?.showGround(place, ground).catch(setError);
+  }, [hasGround, ground, file]);
+  useEffect(() => stage.current?.setMode(mode), [mode, files]);
+
+  const openOwn = async (event: Event) => {
+    const chosen = (event.currentTarget as HTMLInputElement).files?.[0];
+    if (!chosen) return;
+    try {
+      stage.current?.showCityJson(JSON.parse(await chosen.text()), lod);
+      setError(null);
+    } catch (problem) {
+      setError(problem as Error);
+    }
+  };
+  return (
+    <div class="viewer" onKeyDown={(e) => { if (e.key === 'Escape') stage.current?.unchoose(); }}>
+      <div class="viewer-tools" role="toolbar" aria-label="View">
+        <a href={back} class="button quiet" aria-label="Back">←</a>
+        <h1>{place.title}</h1>
+        <span class="segments" role="group" aria-label="Level of detail">
+          {(['auto', '0', '1', '2'] as Lod[]).map((l) => (
+            <button key={l} aria-pressed={lod === l} onClick={() => set({ lod: l === 'auto' ? undefined : l })}>{l === 'auto' ? 'Auto' : `LOD${l}`}</button>
+          ))}
+        </span>
+        <label class="row">
+          Colour
+          <select value={mode} onChange={(e) => set({ colour: e.currentTarget.value })}>{MODES.map((m) => <option key={m}>{m}</option>)}</select>
+        </label>
+        <label class="row"><input type="checkbox" checked={ground} disabled={!hasGround || !!file} onChange={(e) => set({ ground: e.currentTarget.checked ? undefined : 'off' })} /> Orthophoto</label>
+        <span class="segments" role="group" aria-label="Point of view">
+          <button onClick={() => stage.current?.fromAbove()}>Above</button>
+          <button onClick={() => stage.current?.aslant()}>Aslant</button>
+          <button onClick={() => stage.current?.home()}>All</button>
+        </span>
+        <label class="row">
+          Show
+          <select value={source ?? ''} onChange={(e) => set({ file: e.currentTarget.value || undefined })}>
+            <option value="">{hasTiles ? 'whole city (3D Tiles)' : 'first tile'}</option>
+            {cityJson.map((path) => <option key={path} value={path}>{path.split('/').at(-1)}</option>)}
+          </select>
+        </label>
+        <label class="button file">Open a CityJSON file<input type="file" accept=".json" onChange={openOwn} /></label>
+      </div>
+      <div class="viewer-stage">
+        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The city in three dimensions, ${state.buildings} buildings loaded. Arrow keys move the view.`} data-loading={state.loading} data-buildings={state.buildings} data-lod={lod} />
+        {error && <div class="over"><Failure error={error} retry={() => location.reload()} /></div>}
+        {!files && !error && <div class="over"><Loading what="the city" /></div>}
+        {files && !hasTiles && !cityJson.length && <div class="over"><Failure error={new Error('This result has neither 3D Tiles nor CityJSON: submit the job again with one of these formats.')} /></div>}
+        <Key mode={mode} buildings={state.buildings} loading={state.loading} />
+        {picked && <Attributes picked={picked} place={place} files={files ?? []} close={() => stage.current?.unchoose()} show={(path) => set({ file: path })} />}
+      </div>
+    </div>
+  );
+}
+
+function Key({ mode, buildings, loading }: { mode: Mode; buildings: number; loading: boolean }) {
+  const legend = legendOf(mode);
+  return (
+    <div class="key">
+      <strong>{mode}</strong>
+      {legend.items?.map(([name, colour]) => <span key={name}><i style={{ background: colour }} /> {name}</span>)}
+      {legend.ramp && <span>{legend.ramp.from} <i class="ramp" style={{ background: legend.ramp.css }} /> {legend.ramp.to}</span>}
+      <span class="dim" aria-live="polite">{buildings} buildings{loading ? ', loading …' : ''}</span>
+    </div>
+  );
+}
+
+const UNITS: [RegExp, string][] = [[/_m2$/, ' m²'], [/_m3$/, ' m³'], [/_m$/, ' m'], [/_deg$/, '°']];
+
+function shown(name: string, value: string | number): [string, string] {
+  for (const [ending, unit] of UNITS) {
+    if (ending.test(name) && typeof value === 'number') return [name.replace(ending, '').replaceAll('_', ' '), `${Number(value.toFixed(3))}${unit}`];
+  }
+  return [name.replaceAll('_', ' '), typeof value === 'number' ? String(Number(value.toFixed(4))) : String(value)];
+}
+
+const pairs = (properties: Properties, without: string[]) =>
+  Object.entries(properties)
+    .filter(([name, value]) => value !== null && value !== '' && value !== -9999 && !without.includes(name) && typeof value !== 'object')
+    .map(([name, value]) => shown(name, value!));
+
+function Attributes({ picked, place, files, close, show }: { picked: Picked; place: ResultPlace; files: ResultFile[]; close: () => void; show: (path: string) => void }) {
+  const { building, surface } = picked;
+  const tile = String(building.block ?? '');
+  const own = files.filter((f) => tile && new RegExp(`/${tile}\\.(city\\.json|gml|lod2\\.glb)$`).test(f.path));
+  const model = own.find((f) => f.path.endsWith('.city.json'));
+  return (
+    <aside class="attributes card" aria-label="Building">
+      <div class="title small">
+        <h2>{String(building.id)}</h2>
+        <button class="quiet" onClick={close} aria-label="Close">✕</button>
+      </div>
+      <dl class="pairs">
+        {pairs(building, ['id', 'block']).map(([name, value]) => [<dt key={name}>{name}</dt>, <dd key={`${name}=`}>{value}</dd>])}
+      </dl>
+      {surface && (
+        <>
+          <h3>{String(surface.kind ?? 'Surface')}</h3>
+          <dl class="pairs">{pairs(surface, ['kind', 'type', 'building']).map(([name, value]) => [<dt key={name}>{name}</dt>, <dd key={`${name}=`}>{value}</dd>])}</dl>
+        </>
+      )}
+      {own.length > 0 && (
+        <>
+          <h3>Its tile, {tile.replace('_', ', ')}</h3>
+          <p class="chips">
+            {own.map((f) => <button class="chip" key={f.path} onClick={() => void download(place.file(f.path), f.path.split('/').at(-1)!)}>{f.path.split('/').at(-1)}</button>)}
+            {model && <button class="chip" onClick={() => show(model.path)}>show it alone</button>}
+          </p>
+        </>
+      )}
+    </aside>
+  );
+}

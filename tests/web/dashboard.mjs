@@ -1,0 +1,280 @@
+// An operator's day at the dashboard: node dashboard.mjs ADDRESS MESH LATER_MESH MARKER SHOTS
+//
+// The service has one block that fails as long as the file MARKER exists. Pictures of all pages go to the folder SHOTS. The last line is
+// what was measured, as JSON.
+
+import { existsSync, mkdirSync, rmSync } from 'node:fs';
+import { join } from 'node:path';
+import { check, open, page as opened, until } from './browser.mjs';
+
+const [address, mesh, later, marker, shots] = process.argv.slice(2);
+mkdirSync(shots, { recursive: true });
+const problems = [];
+const measured = {};
+const { context, close } = await open();
+const page = await opened(context, address, problems);
+const api = async (path) => (await fetch(`${address}/api/v1${path}`)).json();
+const go = (hash) => page.goto(`${address}/#/${hash}`);
+const step = (text) => console.error(`- ${text}`);
+
+const LOOKS = [['light', 1360, 850], ['dark', 1360, 850], ['light', 390, 844], ['dark', 390, 844]];
+
+/// Pictures of what is shown, in all looks.
+async function shoot(name, settle = async () => {}) {
+  for (const [scheme, width, height] of LOOKS) {
+    await page.emulateMedia({ colorScheme: scheme });
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(250);
+    await settle();
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    check(wide <= 0, `${name} at ${width} px is ${wide} px too wide`);
+    await page.screenshot({ path: join(shots, `${name}-${scheme}-${width > 700 ? 'wide' : 'phone'}.png`) });
+  }
+  await page.emulateMedia({ colorScheme: 'light' });
+  await page.setViewportSize({ width: 1360, height: 850 });
+}
+
+/// Fills in the form for a mesh, and gives the id of the job.
+async function submit(source) {
+  await go('submit');
+  await page.getByLabel('Mesh').fill(source);
+  await page.getByLabel('City', { exact: true }).fill('delft');
+  const set = async (name, value) => page.locator(`[id="p-${name}"]`).fill(value);
+  await set('grid.columns', '8');
+  await set('grid.rows', '8');
+  await set('sampling.step', '0.5');
+  check(await page.getByRole('checkbox', { name: '3dtiles' }).isChecked(), 'jobs from the page can be looked at');
+  await page.getByRole('button', { name: 'Submit' }).click();
+  await page.waitForURL(/#\/jobs\/[^/?]+$/);
+  return page.url().split('/').at(-1);
+}
+
+const state = async (id) => (await api(`/jobs/${id}`)).state;
+
+/// Waits until the viewer has loaded all that it wants to show.
+async function loaded(lod) {
+  const canvas = page.locator('.viewer canvas');
+  await until(`the city at LOD ${lod}`, async () => {
+    const found = await canvas.evaluate((c) => ({ ...c.dataset }));
+    return found.lod === lod && found.loading === 'false' && Number(found.buildings) > 0;
+  });
+  await page.waitForTimeout(400);
+}
+
+/// Surfaces of all buildings that are shown, by kind.
+const surfaces = () =>
+  page.evaluate(() => {
+    const found = {};
+    window.gableStage.meshes((mesh) => mesh.userData.features.surfaces.forEach((s) => (found[s.kind] = (found[s.kind] ?? 0) + 1)));
+    return found;
+  });
+
+try {
+  step('an empty service says what to do');
+  await page.goto(address);
+  await page.getByText('No job yet').waitFor();
+  await shoot('jobs-empty');
+
+  step('submit from the page');
+  await go('submit');
+  await page.getByLabel('Mesh').fill(`${mesh}/not-there`);
+  await page.getByLabel('City', { exact: true }).fill('delft');
+  await page.getByRole('button', { name: 'Submit' }).click();
+  await page.getByRole('alert').first().waitFor();
+  await shoot('submit');
+  const first = await submit(mesh);
+
+  step('the grid fills');
+  const count = (look) => page.locator(`.grid .cell${look}`).count();
+  await until('a block that runs', () => count('.running'));
+  const early = await until('some blocks that are done', () => count('.done'));
+  await shoot('job-running');
+  await until('more blocks that are done', async () => (await count('.done')) > early);
+  await until('the end of the job', async () => ['partial', 'successful', 'failed'].includes(await state(first)));
+  check((await state(first)) === 'partial', `a block was to fail: ${await state(first)}`);
+
+  step('a failed block is told first, and can be retried');
+  const failures = page.locator('.failures');
+  await failures.getByText('1 unit failed').waitFor();
+  check((await count('.failed')) === 1, 'one block is red');
+  await failures.getByRole('button', { name: /sample 2_2/ }).click();
+  const block = page.getByRole('region', { name: 'Block 2_2' });
+  await block.getByText('signal').first().waitFor();
+  await shoot('job-failed');
+  rmSync(marker);
+  await failures.getByRole('button', { name: 'Retry' }).click();
+  await until('the job, mended', async () => (await state(first)) === 'successful');
+  await page.locator('.state.successful').first().waitFor();
+  await until('no block that failed', async () => (await count('.failed')) === 0);
+  await block.locator('.plan image').waitFor();
+  await block.scrollIntoViewIfNeeded();
+  await shoot('job-done');
+  for (const by of ['seconds', 'attempts', 'phase']) {
+    await page.getByLabel('by', { exact: true }).selectOption(by);
+    check(page.url().includes(`by=${by}`), 'what is shown has an address');
+  }
+  check((await page.locator('.grid .cell.phase-write').count()) > 10, 'all blocks are written');
+
+  step('the city, its levels, a building');
+  await page.getByRole('link', { name: 'Open the city' }).click();
+  await loaded('auto');
+  await shoot('viewer', () => loaded('auto'));
+  const counted = {};
+  for (const [button, lod] of [['LOD0', '0'], ['LOD1', '1'], ['LOD2', '2']]) {
+    await page.getByRole('button', { name: button }).click();
+    await loaded(lod);
+    counted[button] = await surfaces();
+  }
+  check(!counted.LOD0.WallSurface && counted.LOD0.RoofSurface > 0, `LOD0 is flat: ${JSON.stringify(counted)}`);
+  check(counted.LOD1.WallSurface > 0, 'LOD1 has walls');
+  check(counted.LOD2.RoofSurface > counted.LOD1.RoofSurface, `LOD2 has roof shapes: ${JSON.stringify(counted)}`);
+  const index = await api(`/jobs/${first}/files/index.json`);
+  const loadedBuildings = Number(await page.locator('.viewer canvas').getAttribute('data-buildings'));
+  check(loadedBuildings === index.buildings, `${loadedBuildings} of ${index.buildings} buildings are shown`);
+
+  await page.getByRole('button', { name: 'Above' }).click();
+  await page.waitForTimeout(300);
+  const place = await page.evaluate(() => window.gableStage.locate());
+  await page.mouse.click(place.x, place.y);
+  const card = page.getByRole('complementary', { name: 'Building' });
+  await card.waitFor();
+  const id = await card.getByRole('heading', { level: 2 }).innerText();
+  const tiles = await Promise.all(index.tiles.flatMap((t) => t.files.filter((f) => f.endsWith('.city.json'))).map((f) => api(`/jobs/${first}/files/${f}`)));
+  const truth = tiles.map((t) => t.CityObjects[id]).find(Boolean)?.attributes;
+  check(truth, `the building ${id} is in the result`);
+  const told = await card.innerText();
+  check(told.includes(truth.roof_type) && told.includes(`${truth.measured_height_m} m`) && told.includes(`${truth.rmse_m} m`), `its attributes are told: ${told}`);
+  for (const mode of ['height', 'roof type', 'RMSE', 'method', 'semantics']) {
+    await page.getByLabel('Colour', { exact: true }).selectOption(mode);
+    await page.locator('.key strong', { hasText: mode }).waitFor();
+    if (mode === 'height' || mode === 'roof type') await page.screenshot({ path: join(shots, `viewer-${mode.replace(' ', '-')}.png`) });
+  }
+  await page.getByRole('button', { name: 'Aslant' }).click();
+  await shoot('viewer-building', () => page.waitForTimeout(300));
+
+  step('a link to a building, and one tile as CityJSON');
+  await page.goto('about:blank');
+  await go(`jobs/${first}/view?building=${id}`);
+  await loaded('auto');
+  await card.getByRole('heading', { level: 2, name: id }).waitFor();
+  await page.getByLabel('Show').selectOption({ index: 1 });
+  await until('one tile', async () => Number(await page.locator('.viewer canvas').getAttribute('data-buildings')) < index.buildings);
+  await page.waitForTimeout(300);
+  await page.screenshot({ path: join(shots, 'viewer-cityjson.png') });
+
+  step('frames a second');
+  await go(`jobs/${first}/view`);
+  await page.setViewportSize({ width: 640, height: 480 });
+  await loaded('auto');
+  measured.frames_per_second = Math.round(10 * (await page.evaluate(() => window.gableStage.turn(4000)))) / 10;
+  await page.setViewportSize({ width: 1360, height: 850 });
+
+  step('a refresh, and what it changed');
+  const second = await submit(later);
+  await until('the end of the refresh', async () => ['partial', 'successful', 'failed'].includes(await state(second)));
+  check((await state(second)) === 'successful', 'the refresh is whole');
+  await until('blocks that were taken over', () => count('.reused'));
+  await shoot('job-refresh');
+  const changes = await api('/cities/delft/changes?from=1&to=2').catch(() => null);
+  if (changes?.changes) {
+    await go('cities');
+    await page.getByRole('heading', { name: 'delft' }).waitFor();
+    await shoot('cities');
+    await page.getByRole('link', { name: 'Generations' }).click();
+    await page.getByText('Changes from generation 1 to 2').waitFor();
+    const list = page.getByRole('list', { name: 'Changed buildings' });
+    await list.getByRole('listitem').first().waitFor();
+    check((await list.getByRole('listitem').count()) === changes.changes.length, 'all changes are listed');
+    check((await page.locator('.map path.changed').count()) === changes.changes.filter((c) => c.change === 'changed').length, 'and on the map');
+    await list.getByRole('button').first().click();
+    await page.locator('.map path.chosen').waitFor();
+    await shoot('city');
+    measured.changes = changes.changes.length;
+    await list.getByRole('link', { name: 'open' }).first().click();
+    await loaded('auto');
+    await card.getByRole('heading', { level: 2, name: changes.changes[0].id }).waitFor();
+  }
+  await go('jobs');
+  await page.locator('.job .name').first().waitFor();
+  await shoot('jobs');
+  await go('workers');
+  await page.getByRole('rowheader').first().waitFor();
+  await shoot('workers');
+  await go('schedules');
+  await page.waitForTimeout(300);
+  await shoot('schedules');
+
+  step('keyboard');
+  await go(`jobs/${first}`);
+  await page.locator('.grid [data-block]').first().waitFor();
+  await page.locator('.grid [data-block="3_3"]').focus();
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('ArrowUp');
+  await page.keyboard.press('Enter');
+  await page.getByRole('region', { name: 'Block 4_4' }).waitFor();
+
+  step('what a poll of 256 blocks costs');
+  let turn = 0;
+  const job = await api(`/jobs/${first}`);
+  await page.route('**/api/v1/jobs/large', (route) =>
+    route.fulfill({ json: { ...job, id: 'large', state: 'running', finished: undefined }, headers: { etag: `"${turn}"` } }));
+  await page.route('**/api/v1/jobs/large/events/stream', (route) => route.fulfill({ body: '', contentType: 'text/event-stream' }));
+  await page.route('**/api/v1/jobs/large/blocks', (route) => {
+    turn++;
+    const units = ['sample', 'model', 'write'].flatMap((stage, s) =>
+      Array.from({ length: 256 }, (_, i) => {
+        const age = turn * 12 - s * 60 - i;
+        const state = age > 8 ? 'done' : age > 0 ? 'running' : 'ready';
+        return { stage, unit: `${i % 16}_${Math.floor(i / 16)}`, state, attempts: age > 0 ? 1 : 0, started: age > 0 ? job.created : undefined, seconds: age > 8 ? 1 + (i % 7) : undefined };
+      }));
+    return route.fulfill({ json: units, headers: { etag: `"${turn}"` } });
+  });
+  await go('jobs/large');
+  await page.locator('.grid [data-block="15_15"]').waitFor();
+  await page.evaluate(() => (window.gablePollCosts.length = 0));
+  await page.waitForTimeout(13_000);
+  const costs = (await page.evaluate(() => window.gablePollCosts)).sort((a, b) => a - b);
+  check(costs.length >= 5, `${costs.length} polls`);
+  measured.poll_ms = Math.round(100 * costs[Math.floor(costs.length / 2)]) / 100;
+  measured.poll_worst_ms = Math.round(100 * costs.at(-1)) / 100;
+
+  step('10,000 jobs');
+  const all = Array.from({ length: 10_000 }, (_, i) => ({ ...job, id: String(20_000 - i), city: `city ${20_000 - i}` }));
+  await page.route('**/api/v1/jobs?*', (route) => {
+    const query = new URL(route.request().url()).searchParams;
+    const limit = Number(query.get('limit'));
+    const begin = query.get('before') ? all.findIndex((j) => j.id < query.get('before')) : 0;
+    const jobs = all.slice(begin, begin + limit);
+    return route.fulfill({ json: { jobs, next: begin + limit < all.length ? jobs.at(-1).id : undefined } });
+  });
+  await go('jobs');
+  await page.reload();
+  await page.getByText('city 20000').waitFor();
+  const scrolled = await page.evaluate(async () => {
+    const frame = document.querySelector('.rows');
+    const times = [];
+    let [last, most, end] = [performance.now(), 0, performance.now() + 20_000];
+    while (performance.now() < end && frame.scrollTop < 9_900 * 52) {
+      frame.scrollTop += 400;
+      await new Promise(requestAnimationFrame);
+      times.push(performance.now() - last);
+      last = performance.now();
+      most = Math.max(most, document.querySelectorAll('.job').length);
+    }
+    times.sort((a, b) => a - b);
+    return { rows: most, reached: frame.scrollTop / 52, median: times[times.length >> 1], slow: times[Math.floor(times.length * 0.95)] };
+  });
+  check(scrolled.rows < 80, `${scrolled.rows} rows in the document`);
+  check(scrolled.reached > 9_000, `scrolled to row ${scrolled.reached}`);
+  measured.scroll_frame_ms = Math.round(10 * scrolled.median) / 10;
+  measured.scroll_frame_p95_ms = Math.round(10 * scrolled.slow) / 10;
+  check(problems.length === 0, problems.join('\n'));
+} catch (error) {
+  await page.screenshot({ path: join(shots, 'failed.png') }).catch(() => {});
+  problems.forEach((problem) => console.error(problem));
+  console.error(error.stack, `\nat ${page.url()}`);
+  process.exitCode = 1;
+}
+await close();
+if (!existsSync(shots)) process.exitCode = 1;
+console.log(JSON.stringify(measured));
