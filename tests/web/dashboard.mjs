@@ -110,7 +110,7 @@ try {
   await block.scrollIntoViewIfNeeded();
   await shoot('job-done');
   for (const by of ['seconds', 'attempts', 'phase']) {
-    await page.getByLabel('by', { exact: true }).selectOption(by);
+    await page.getByLabel('Colour blocks by').selectOption(by);
     check(page.url().includes(`by=${by}`), 'what is shown has an address');
   }
   check((await page.locator('.grid .cell.phase-write').count()) > 10, 'all blocks are written');
@@ -157,7 +157,7 @@ try {
   await go(`jobs/${first}/view?building=${id}`);
   await loaded('auto');
   await card.getByRole('heading', { level: 2, name: id }).waitFor();
-  await page.getByLabel('Show').selectOption({ index: 1 });
+  await page.getByLabel('Show', { exact: true }).selectOption({ index: 1 });
   await until('one tile', async () => Number(await page.locator('.viewer canvas').getAttribute('data-buildings')) < index.buildings);
   await page.waitForTimeout(300);
   await page.screenshot({ path: join(shots, 'viewer-cityjson.png') });

@@ -33,7 +33,7 @@ export function JobPage({ id, route }: { id: string; route: Route }) {
             <h2 id="grid-title">Blocks</h2>
             <label class="row">
               by
-              <select value={metric} onChange={(e) => replaceQuery(route, { by: e.currentTarget.value })}>
+              <select aria-label="Colour blocks by" value={metric} onChange={(e) => replaceQuery(route, { by: e.currentTarget.value })}>
                 {METRICS.map((m) => <option key={m}>{m}</option>)}
               </select>
             </label>

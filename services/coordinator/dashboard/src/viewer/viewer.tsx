@@ -104,7 +104,7 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
         </span>
         <label class="row">
           Colour
-          <select value={mode} onChange={(e) => set({ colour: e.currentTarget.value })}>{MODES.map((m) => <option key={m}>{m}</option>)}</select>
+          <select aria-label="Colour" value={mode} onChange={(e) => set({ colour: e.currentTarget.value })}>{MODES.map((m) => <option key={m}>{m}</option>)}</select>
         </label>
         <label class="row"><input type="checkbox" checked={ground} disabled={!hasGround || !!file} onChange={(e) => set({ ground: e.currentTarget.checked ? undefined : 'off' })} /> Orthophoto</label>
         <span class="segments" role="group" aria-label="Point of view">
@@ -114,7 +114,7 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
         </span>
         <label class="row">
           Show
-          <select value={source ?? ''} onChange={(e) => set({ file: e.currentTarget.value || undefined })}>
+          <select aria-label="Show" value={source ?? ''} onChange={(e) => set({ file: e.currentTarget.value || undefined })}>
             <option value="">{hasTiles ? 'whole city (3D Tiles)' : 'first tile'}</option>
             {cityJson.map((path) => <option key={path} value={path}>{path.split('/').at(-1)}</option>)}
           </select>
