@@ -215,7 +215,12 @@ export class Stage {
     tiles.setCamera(this.camera);
     tiles.setResolutionFromRenderer(this.camera, this.renderer);
     // The stage stands in the local frame: what takes the city to the globe is taken back.
-    if (transform) tiles.group.applyMatrix4(new Matrix4().fromArray(transform).invert());
+    // As a matrix: taken apart into rotation and scale it would lose what matters at the radius of the Earth.
+    if (transform) {
+      tiles.group.matrixAutoUpdate = false;
+      tiles.group.matrix.fromArray(transform).invert();
+      tiles.group.matrixWorldNeedsUpdate = true;
+    }
     tiles.addEventListener('needs-update', () => this.redraw());
     tiles.addEventListener('load-model', () => this.redraw());
     tiles.addEventListener('load-error', ({ error }) => this.onError(error));
@@ -287,7 +292,7 @@ export class Stage {
     const span = Math.max(size.x, size.y * 1.1, 40);
     const [sin, cos] = [Math.sin((elevation * Math.PI) / 180), Math.cos((elevation * Math.PI) / 180)];
     const fit = Math.max(1, 1.25 / this.camera.aspect);
-    this.fly(centre, span * 1.22 * fit, sin, cos);
+    this.fly(centre, span * 1.36 * fit, sin, cos);
   }
 
   private fly(target: Vector3, distance: number, sin: number, cos: number) {
@@ -325,17 +330,25 @@ export class Stage {
     });
   }
 
+  /// Where a mesh stands, also before its tile is shown.
+  private standing(mesh: Mesh): Matrix4 {
+    mesh.updateWorldMatrix(true, false);
+    let top: Object3D = mesh;
+    while (top.parent) top = top.parent;
+    const world = mesh.matrixWorld.clone();
+    return top === this.scene || !this.buildings ? world : world.premultiply(this.buildings.group.matrix);
+  }
+
   private chooseIn(mesh: Mesh, id: string): boolean {
     const features = featuresOf(mesh)!;
     const number = features.buildings.findIndex((b) => b.id === id);
     if (number < 0) return false;
-    mesh.updateWorldMatrix(true, false);
+    const standing = this.standing(mesh);
     const box = new Box3();
     const positions = mesh.geometry.getAttribute('position');
     for (let i = 0; i < positions.count; i++) {
-      if (features.ofBuilding[i] === number) box.expandByPoint(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(mesh.matrixWorld));
+      if (features.ofBuilding[i] === number) box.expandByPoint(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(standing));
     }
-    // Matrices of a tile that is not shown yet are not known: it is looked at when it is.
     this.choose(features.buildings[number]);
     if (!box.isEmpty()) this.fly(box.getCenter(new Vector3()), 4 * box.getSize(new Vector3()).length(), 0.64, 0.77);
     return true;
@@ -364,21 +377,25 @@ export class Stage {
     this.choose(features.buildings[features.ofBuilding[hit.face.a]], features.surfaces[features.ofSurface[hit.face.a]]);
   }
 
-  /// Where a building is on the canvas, for the tests; none if it is not shown.
-  locate(id?: string): { id: string; x: number; y: number } | null {
+  /// Where the largest triangle of a building is on the canvas, for the tests; none if no building is shown.
+  locate(): { id: string; x: number; y: number } | null {
     let found: { id: string; x: number; y: number } | null = null;
+    let most = 0;
     this.meshes((mesh) => {
       const features = featuresOf(mesh)!;
       const positions = mesh.geometry.getAttribute('position');
-      mesh.updateWorldMatrix(true, false);
-      const boxes = features.buildings.map(() => new Box3());
-      for (let i = 0; i < positions.count; i++) boxes[features.ofBuilding[i]].expandByPoint(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(mesh.matrixWorld));
-      features.buildings.forEach((b, i) => {
-        if (found || (id && b.id !== id) || boxes[i].isEmpty()) return;
-        const p = boxes[i].getCenter(new Vector3()).project(this.camera);
-        const frame = this.canvas.getBoundingClientRect();
-        if (Math.abs(p.x) < 0.9 && Math.abs(p.y) < 0.9) found = { id: String(b.id), x: frame.left + ((p.x + 1) / 2) * frame.width, y: frame.top + ((1 - p.y) / 2) * frame.height };
-      });
+      const corners = mesh.geometry.index?.array ?? Array.from({ length: positions.count }, (_, i) => i);
+      const standing = this.standing(mesh);
+      const frame = this.canvas.getBoundingClientRect();
+      for (let i = 0; i < corners.length; i += 3) {
+        const [a, b, c] = [0, 1, 2].map((k) => new Vector3().fromBufferAttribute(positions, corners[i + k]).applyMatrix4(standing).project(this.camera));
+        // Turned to the viewer, by its area on the canvas.
+        const area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        const [x, y] = [(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3];
+        if (area <= most || Math.abs(x) > 0.6 || Math.abs(y) > 0.6) continue;
+        most = area;
+        found = { id: String(features.buildings[features.ofBuilding[corners[i]]].id), x: frame.left + ((x + 1) / 2) * frame.width, y: frame.top + ((1 - y) / 2) * frame.height };
+      }
     });
     return found;
   }
