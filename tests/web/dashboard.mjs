@@ -161,8 +161,11 @@ try {
   await go(`jobs/${first}/view?building=${id}`);
   await loaded('auto');
   await card.getByRole('heading', { level: 2, name: id }).waitFor();
-  await page.getByLabel('Show', { exact: true }).selectOption({ index: 1 });
-  await until('one tile', async () => Number(await page.locator('.viewer canvas').getAttribute('data-buildings')) < index.buildings);
+  await card.getByRole('button', { name: 'show it alone' }).click();
+  const alone = tiles.find((t) => t.CityObjects[id]);
+  const own = Object.values(alone.CityObjects).filter((o) => o.type === 'Building').length;
+  await until('one tile', async () => Number(await page.locator('.viewer canvas').getAttribute('data-buildings')) === own);
+  check((await page.getByLabel('Show', { exact: true }).inputValue()).endsWith('.city.json'), 'the file has an address');
   await page.waitForTimeout(300);
   await page.screenshot({ path: join(shots, 'viewer-cityjson.png') });
 

@@ -137,7 +137,9 @@ function Plan({ drawn, kind, chosen, choose }: { drawn: Drawn; kind: string; cho
       [w, s, e, n] = [Math.min(w, x), Math.min(s, y), Math.max(e, x), Math.max(n, y)];
     }
     const d = (roofs: Roof[]) => roofs.flatMap((r) => r.rings).map((ring) => `M${ring.map(([x, y]) => `${(x - w).toFixed(1)} ${(n - y).toFixed(1)}`).join('L')}Z`).join('');
-    return { size: [e - w, n - s], list: [...drawn.plans].map(([id, roofs]) => [id, d(roofs)] as const) };
+    // What is gone lies below what stands there now.
+    const order = [...drawn.plans].sort((a, b) => Number(changes.get(b[0]) === 'removed') - Number(changes.get(a[0]) === 'removed'));
+    return { size: [e - w, n - s], list: order.map(([id, roofs]) => [id, d(roofs)] as const) };
   }, [drawn]);
   if (!paths.list.length) return <p class="dim">No plan can be drawn: the job wrote no CityJSON.</p>;
   const [width, height] = paths.size;

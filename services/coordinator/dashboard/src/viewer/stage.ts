@@ -155,7 +155,7 @@ export class Stage {
   /// All meshes of buildings that are shown.
   private meshes(visit: (mesh: Mesh) => void) {
     const look = (object: { traverse: (f: (o: any) => void) => void }) => object.traverse((o) => featuresOf(o) && visit(o as Mesh));
-    this.buildings?.group.children.forEach(look);
+    if (this.buildings?.group.visible) this.buildings.group.children.forEach(look);
     look(this.file);
   }
 
@@ -260,9 +260,10 @@ export class Stage {
 
   /// Shows a CityJSON file in place of tiles.
   showCityJson(city: any, lod: Lod) {
+    this.unchoose();
+    this.clearFile();
     if (this.buildings) this.buildings.group.visible = false;
     if (this.ground) this.ground.group.visible = false;
-    this.clearFile();
     const { group, origin } = cityJsonScene(city, lod, this.extent.isEmpty() ? null : this.origin);
     this.origin.copy(origin);
     this.file.add(group);
