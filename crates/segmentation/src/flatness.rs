@@ -5,6 +5,7 @@
 
 use gable_ortho::Raster;
 
+use crate::patches::in_large_patch;
 use crate::roughness::{box_mean, box_min, plane_residual};
 
 /// One scale on which flatness is looked for.
@@ -28,6 +29,19 @@ const OWN_SIDE: f64 = 1.0;
 
 /// Largest residual there, metres.
 const OWN_RESIDUAL: f32 = 0.2;
+
+/// Least area of a planar patch that is no crown's, m²: the top of a smooth crown of 5 m radius has one of 5 m².
+const PATCH_AREA: f64 = 6.0;
+
+/// Least number of facets in it: fewer may be the flat sides of a crown that the mesh shows coarsely.
+const PATCH_FACETS: f64 = 10.0;
+
+/// Side of the window in which patches are looked for, metres: between the patches of a roof lie ridges, valleys and
+/// dormers.
+const PATCH_WINDOW: f64 = 3.0;
+
+/// Least share of what is high in the window that lies in patches.
+const PATCH_SHARE: f32 = 0.25;
 
 /// A window counts only if its mean height over the ground is at least this, metres.
 const HIGH: f32 = 2.0;
@@ -54,6 +68,15 @@ pub(crate) fn flat_and_high(heights: &Raster<f32>, above: &[f32], normal: &Raste
         for ((flat, least), own) in flat.iter_mut().zip(&least).zip(&own) {
             *flat |= *least <= scale.residual && *own <= OWN_RESIDUAL;
         }
+    }
+    let high: Vec<bool> = above.iter().map(|&z| z >= HIGH).collect();
+    let patches = in_large_patch(heights, &high, &borders, PATCH_AREA, PATCH_FACETS);
+    let share = |of: &[bool]| {
+        let of: Vec<f32> = of.iter().map(|&is| f32::from(u8::from(is))).collect();
+        box_mean(&of, w, h, radius(PATCH_WINDOW))
+    };
+    for (((flat, own), patches), high) in flat.iter_mut().zip(&own).zip(share(&patches)).zip(share(&high)) {
+        *flat |= patches > 0.0 && patches >= PATCH_SHARE * high && *own <= OWN_RESIDUAL;
     }
     flat
 }

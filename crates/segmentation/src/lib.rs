@@ -17,6 +17,7 @@ mod image_folder;
 mod label;
 mod morphology;
 mod orthograph;
+mod patches;
 mod roughness;
 mod saturation;
 mod segment;

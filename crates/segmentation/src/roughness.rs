@@ -1,16 +1,36 @@
 //! Local geometry of the height and normal maps: what tells a crown from a roof without any colour.
 
-/// Rms distance in z of the heights in a square window to their least-squares plane.
+/// Least-squares plane of the heights in a square window.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PlaneFit {
+    /// Rise towards east and north, height units per pixel.
+    pub(crate) slope: [f32; 2],
+    /// Rms distance in z.
+    pub(crate) residual: f32,
+}
+
+/// Rms distance in z of the heights in a square window to their least-squares plane, see [`plane_fit`].
+pub(crate) fn plane_residual(heights: &[f32], width: usize, height: usize, radius: usize) -> Vec<f32> {
+    plane_fit(heights, width, height, radius, |fit| fit.residual)
+}
+
+/// The planes of the windows around all pixels, each mapped by `what`.
 ///
 /// `heights` must have no NaN; the window has `2·radius + 1` pixels a side and the border is continued by its own
 /// values. On a full window x, y and 1 are orthogonal, so the plane needs four sums only; rows use prefix sums, columns
 /// running ones, in f64: the cost does not depend on the radius.
-pub(crate) fn plane_residual(heights: &[f32], width: usize, height: usize, radius: usize) -> Vec<f32> {
+pub(crate) fn plane_fit<T: Clone + Default>(
+    heights: &[f32],
+    width: usize,
+    height: usize,
+    radius: usize,
+    what: impl Fn(PlaneFit) -> T,
+) -> Vec<T> {
     let side = (2 * radius + 1) as f64;
     let n = side * side;
     // Σ d² over the window, for d = -radius..=radius in one direction.
     let spread = n * (side * side - 1.0) / 12.0;
-    let mut out = vec![0.0; heights.len()];
+    let mut out = vec![T::default(); heights.len()];
     // Running sums down each column: Σz, Σz², Σdx·z, Σy·z.
     let mut sums = vec![[0.0_f64; 4]; width];
     let mut row = vec![[0.0_f64; 3]; width];
@@ -36,7 +56,8 @@ pub(crate) fn plane_residual(heights: &[f32], width: usize, height: usize, radiu
             for (out, [z, zz, xz, yz]) in out[centre as usize * width..][..width].iter_mut().zip(&sums) {
                 let yz = yz - centre as f64 * z;
                 let residual = zz - z * z / n - (xz * xz + yz * yz) / spread;
-                *out = (residual.max(0.0) / n).sqrt() as f32;
+                let residual = (residual.max(0.0) / n).sqrt() as f32;
+                *out = what(PlaneFit { slope: [(xz / spread) as f32, (yz / spread) as f32], residual });
             }
         }
     }
@@ -152,8 +173,8 @@ mod tests {
     fn a_plane_has_no_residual_and_a_checkerboard_its_amplitude() {
         let (w, h) = (30, 24);
         let plane: Vec<f32> = (0..w * h).map(|i| 400.0 + 0.4 * (i % w) as f32 - 0.2 * (i / w) as f32).collect();
-        let flat = plane_residual(&plane, w, h, 3);
-        assert!(flat[12 * w + 15] < 1e-3);
+        let fit = plane_fit(&plane, w, h, 3, |fit| fit)[12 * w + 15];
+        assert!(fit.residual < 1e-3 && (fit.slope[0] - 0.4).abs() < 1e-4 && (fit.slope[1] + 0.2).abs() < 1e-4);
         let board: Vec<f32> =
             plane.iter().enumerate().map(|(i, z)| z + 0.1 * (1 - 2 * ((i % w + i / w) % 2) as i32) as f32).collect();
         let rough = plane_residual(&board, w, h, 3);

@@ -1,0 +1,194 @@
+//! Planar patches of what stands high: region growing on the height map.
+
+use gable_ortho::Raster;
+
+use crate::roughness::{PlaneFit, plane_fit};
+
+/// Side of the window that gives a pixel its plane, metres.
+const WINDOW: f64 = 1.0;
+
+/// A patch begins where the window's rms distance to its plane is at most this, metres.
+const SEED: f32 = 0.12;
+
+/// Largest distance of a pixel to its patch's plane, metres.
+const DISTANCE: f64 = 0.2;
+
+/// Largest difference of slope between a pixel's plane and its patch's, on a level patch.
+const SLOPE: f64 = 0.25;
+
+/// Pixels in patches of at least so many m² and facets of the mesh.
+///
+/// A patch grows from the flattest pixel that is left, over neighbours that lie near its plane and slope like it; the plane
+/// is fitted anew each time the patch has doubled (Rabbani 2006 grows by normals alone). Only pixels of `grows` belong to
+/// patches. `borders` is 1 where a pixel's facet is not that of the pixel to the east; from their number *b* among *n*
+/// pixels follows the number of facets, about *b*²/2.3*n* for facets as wide as they are high.
+///
+/// O(pixels).
+pub(crate) fn in_large_patch(
+    heights: &Raster<f32>,
+    grows: &[bool],
+    borders: &[f32],
+    area: f64,
+    facets: f64,
+) -> Vec<bool> {
+    let (width, step) = (heights.width(), heights.window().step);
+    let radius = ((WINDOW / step - 1.0) / 2.0).round().max(1.0) as usize;
+    let fits = plane_fit(heights.values(), width, heights.height(), radius, |fit| fit);
+    let mut free = grows.to_vec();
+    let mut large = vec![false; free.len()];
+    let mut patch = Vec::new();
+    for seed in by_residual(&fits) {
+        if !free[seed] {
+            continue;
+        }
+        grow(seed, heights, &fits, &mut free, &mut patch);
+        let crossed: f64 = patch.iter().map(|&p| f64::from(borders[p])).sum();
+        let size = patch.len() as f64;
+        if size * step * step >= area && crossed * crossed >= 2.3 * size * facets {
+            patch.iter().for_each(|&p| large[p] = true);
+        }
+    }
+    large
+}
+
+/// The pixels that may be seeds, the flattest first, equal ones in their order; residuals are told apart by the millimetre.
+fn by_residual(fits: &[PlaneFit]) -> Vec<usize> {
+    let key = |fit: &PlaneFit| (fit.residual * 1000.0) as usize;
+    let keys = (SEED * 1000.0) as usize + 1;
+    let mut begin = vec![0; keys + 1];
+    let seeds = || fits.iter().enumerate().filter(|(_, fit)| fit.residual <= SEED);
+    seeds().for_each(|(_, fit)| begin[key(fit) + 1] += 1);
+    for k in 0..keys {
+        begin[k + 1] += begin[k];
+    }
+    let mut out = vec![0; begin[keys]];
+    for (p, fit) in seeds() {
+        let at = &mut begin[key(fit)];
+        out[*at] = p;
+        *at += 1;
+    }
+    out
+}
+
+/// Takes the patch of a seed out of `free`.
+fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], free: &mut [bool], patch: &mut Vec<usize>) {
+    let (width, rows, step) = (heights.width(), heights.height(), heights.window().step);
+    let z = heights.values();
+    // Metres from the seed, east, north and up: small numbers, so that sums of squares keep their digits.
+    let from_seed = |p: usize| {
+        let (column, row) = ((p % width) as f64 - (seed % width) as f64, (p / width) as f64 - (seed / width) as f64);
+        [column * step, row * step, f64::from(z[p]) - f64::from(z[seed])]
+    };
+    let slope = |p: usize| fits[p].slope.map(|s| f64::from(s) / step);
+    let mut plane = (slope(seed), 0.0);
+    let mut sums = Sums::default();
+    patch.clear();
+    patch.push(seed);
+    free[seed] = false;
+    let (mut head, mut next_fit) = (0, 16);
+    while head < patch.len() {
+        let p = patch[head];
+        head += 1;
+        sums.add(from_seed(p));
+        if head == next_fit {
+            next_fit *= 2;
+            plane = sums.plane().unwrap_or(plane);
+        }
+        let ([a, b], c) = plane;
+        let turn = SLOPE * SLOPE * (1.0 + a * a + b * b);
+        let (column, row) = (p % width, p / width);
+        let neighbours = [
+            (column + 1 < width).then(|| p + 1),
+            (column > 0).then(|| p - 1),
+            (row + 1 < rows).then(|| p + width),
+            (row > 0).then(|| p - width),
+        ];
+        for q in neighbours.into_iter().flatten() {
+            let ([x, y, z], [u, v]) = (from_seed(q), slope(q));
+            if free[q] && (z - c - a * x - b * y).abs() <= DISTANCE && (u - a).powi(2) + (v - b).powi(2) <= turn {
+                free[q] = false;
+                patch.push(q);
+            }
+        }
+    }
+}
+
+/// Sums of a least-squares plane z = ax + by + c.
+#[derive(Default)]
+struct Sums {
+    n: f64,
+    first: [f64; 3],
+    /// xx, xy, yy, xz, yz.
+    second: [f64; 5],
+}
+
+impl Sums {
+    fn add(&mut self, [x, y, z]: [f64; 3]) {
+        self.n += 1.0;
+        for (sum, v) in self.first.iter_mut().zip([x, y, z]) {
+            *sum += v;
+        }
+        for (sum, v) in self.second.iter_mut().zip([x * x, x * y, y * y, x * z, y * z]) {
+            *sum += v;
+        }
+    }
+
+    /// Slopes and height at the origin; `None` if all points lie on a line.
+    fn plane(&self) -> Option<([f64; 2], f64)> {
+        let [x, y, z] = self.first.map(|s| s / self.n);
+        let [xx, xy, yy, xz, yz] = self.second.map(|s| s / self.n);
+        let (xx, xy, yy, xz, yz) = (xx - x * x, xy - x * y, yy - y * y, xz - x * z, yz - y * z);
+        let determinant = xx * yy - xy * xy;
+        (determinant > 1e-9).then(|| {
+            let (a, b) = ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant);
+            ([a, b], z - a * x - b * y)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::Counter;
+    use gable_ortho::GridWindow;
+
+    const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 80, height: 60 };
+
+    // Pixels in large patches of a surface under 0.05 m of noise, every pixel a facet.
+    fn found(height: impl Fn(f64, f64) -> f64, area: f64) -> Vec<bool> {
+        let mut random = Counter::new(3);
+        let at = |p: usize| WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30);
+        let z = (0..WINDOW.len()).map(|p| (height(at(p).x, at(p).y) + 0.1 * (random.unit() - 0.5)) as f32).collect();
+        let all = vec![true; WINDOW.len()];
+        in_large_patch(&Raster::new(WINDOW, z), &all, &vec![1.0; WINDOW.len()], area, 10.0)
+    }
+
+    #[test]
+    fn both_sides_of_a_narrow_gable_are_patches() {
+        let gable = |x: f64, y: f64| if x.abs() < 2.0 && y.abs() < 5.0 { 9.0 - 0.8 * x.abs() } else { 0.0 };
+        let large = found(gable, 4.0);
+        let on_roof = |p: usize| {
+            let d = WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30);
+            d.x.abs() < 2.0 && d.y.abs() < 5.0
+        };
+        let roof: Vec<usize> = (0..large.len()).filter(|&p| on_roof(p)).collect();
+        let share = roof.iter().filter(|&&p| large[p]).count() as f64 / roof.len() as f64;
+        assert!(share > 0.6, "{share}");
+    }
+
+    #[test]
+    fn a_crown_has_none_and_a_side_of_a_few_facets_does_not_count() {
+        let crown =
+            |x: f64, y: f64| 4.0 + (16.0 - x * x - y * y).max(0.0).sqrt() + 0.3 * ((3.0 * x).sin() + (3.0 * y).cos());
+        let grows: Vec<bool> = found(crown, 6.0);
+        let high = |p: usize| (WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30)).length() < 4.0;
+        assert_eq!((0..grows.len()).filter(|&p| high(p) && grows[p]).count(), 0);
+        let flat = Raster::filled(WINDOW, 5.0_f32);
+        let mut borders = vec![0.0; WINDOW.len()];
+        // Two facets.
+        (0..60).for_each(|row| borders[row * 80 + 40] = 1.0);
+        let all = vec![true; WINDOW.len()];
+        assert!(in_large_patch(&flat, &all, &borders, 4.0, 10.0).iter().all(|l| !l));
+        assert!(in_large_patch(&flat, &all, &vec![0.5; WINDOW.len()], 4.0, 10.0).iter().all(|l| *l));
+    }
+}
