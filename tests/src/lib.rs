@@ -5,7 +5,10 @@ mod city;
 mod node;
 #[path = "../../crates/job-store/tests/conformance/postgres.rs"]
 mod postgres;
+mod proxy;
 mod result;
+#[path = "../../crates/job-store/tests/conformance/s3_server.rs"]
+mod s3_server;
 mod service;
 mod skip;
 mod valid;
@@ -13,6 +16,7 @@ mod valid;
 pub use binary::{Finished, gable, run_gable, start_gable};
 pub use city::{case, town};
 pub use node::run_node;
+pub use proxy::Proxy;
 pub use result::{Tile, bytes_of_models, footprint_iou, footprints, read_city, tiles};
 pub use service::{Database, Files, Process, Service, files_of, pause_postgres, same_models, signal};
 pub use skip::{schemas, skip, test_data};

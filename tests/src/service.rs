@@ -1,5 +1,7 @@
 //! A service of real processes: a coordinator, workers, a database and a folder of artefacts of their own.
 
+use crate::proxy::Proxy;
+use crate::s3_server::{self, Bucket};
 use crate::{gable, postgres};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -13,12 +15,12 @@ use tempfile::TempDir;
 /// Files by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
-/// Which database a service has.
+/// What a service stands on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Database {
-    /// A file.
+    /// A file, and a folder for the artefacts.
     Sqlite,
-    /// A server of the tests' own; tests are skipped where it is not installed.
+    /// Postgres, and S3 for the artefacts: servers of the tests' own; tests are skipped where they are not installed.
     Postgres,
 }
 
@@ -31,9 +33,10 @@ pub struct Process {
 
 impl Process {
     /// Starts the binary; what it says on standard error is kept.
-    fn start(arguments: &[String], wait_for: Option<&str>) -> (Self, String) {
+    fn start(arguments: &[String], variables: &[(String, String)], wait_for: Option<&str>) -> (Self, String) {
         let mut child = Command::new(gable())
             .args(arguments)
+            .envs(variables.iter().cloned())
             .env_remove("RUST_LOG")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -119,6 +122,9 @@ pub fn signal(pid: u32, name: &str) {
 pub struct Service {
     folder: TempDir,
     database: String,
+    store: String,
+    variables: Vec<(String, String)>,
+    objects: Option<Proxy>,
     root: PathBuf,
     lease: f64,
     address: String,
@@ -132,22 +138,36 @@ impl Service {
     #[must_use]
     pub fn new(test: &str, database: Database, root: &Path, lease: f64) -> Option<Self> {
         let folder = TempDir::new().expect("a temporary folder");
-        let database = match database {
-            Database::Sqlite => format!("sqlite:{}", folder.path().join("jobs.db").display()),
-            Database::Postgres => postgres::database(test)?,
+        let mut objects = None;
+        let (database, store) = match database {
+            Database::Sqlite => {
+                let path = |name: &str| folder.path().join(name).display().to_string();
+                (format!("sqlite:{}", path("jobs.db")), path("store"))
+            }
+            Database::Postgres => {
+                let address = postgres::database(test)?;
+                let bucket = s3_server::bucket(test)?;
+                objects = Some(Proxy::to(bucket.port));
+                (address, format!("{}/artefacts", bucket.place))
+            }
         };
-        Some(Self { folder, database, root: root.to_owned(), lease, address: String::new() })
+        let variables = objects.as_ref().map(|p| Bucket::variables(p.port()).to_vec()).unwrap_or_default();
+        let (root, address) = (root.to_owned(), String::new());
+        Some(Self { folder, database, store, variables, objects, root, lease, address })
     }
 
-    /// The folder of its artefacts.
+    /// The way to its artefacts, where it can be cut: S3.
+    ///
+    /// # Panics
+    /// If they lie in a folder.
     #[must_use]
-    pub fn store(&self) -> PathBuf {
-        self.folder.path().join("store")
+    pub fn objects(&self) -> &Proxy {
+        self.objects.as_ref().expect("the artefacts are on S3")
     }
 
     fn arguments(&self, command: &str, data: &str, more: &[&str]) -> Vec<String> {
         let data = self.folder.path().join(data).display().to_string();
-        let (store, root) = (self.store().display().to_string(), self.root.display().to_string());
+        let root = self.root.display().to_string();
         let lease = self.lease.to_string();
         let all = [
             command,
@@ -156,7 +176,7 @@ impl Service {
             "--database",
             &self.database,
             "--store",
-            &store,
+            &self.store,
             "--source-root",
             &root,
             "--lease",
@@ -171,7 +191,8 @@ impl Service {
     /// If it does not start.
     pub fn serve(&mut self, more: &[&str]) -> Process {
         let more = [&["--listen", "127.0.0.1:0"], more].concat();
-        let (process, line) = Process::start(&self.arguments("serve", "serve", &more), Some("listening on "));
+        let (process, line) =
+            Process::start(&self.arguments("serve", "serve", &more), &self.variables, Some("listening on "));
         self.address = line.trim().trim_start_matches("listening on ").to_owned();
         process
     }
@@ -182,7 +203,8 @@ impl Service {
     /// If it does not start.
     #[must_use]
     pub fn work(&self, more: &[&str]) -> Process {
-        Process::start(&self.arguments("work", "work", &[&["--slots", "1"], more].concat()), None).0
+        let arguments = self.arguments("work", "work", &[&["--slots", "1"], more].concat());
+        Process::start(&arguments, &self.variables, None).0
     }
 
     /// Where the coordinator is.
@@ -223,12 +245,48 @@ impl Service {
         answer.body_mut().read_json().expect("JSON")
     }
 
+    /// Tells the coordinator how something is to be.
+    ///
+    /// # Panics
+    /// If it does not answer well.
+    pub fn put(&self, path: &str, body: &Value) -> Value {
+        let url = format!("{}/api/v1{path}", self.address);
+        let mut answer = ureq::put(&url).send_json(body).unwrap_or_else(|e| panic!("{url}: {e}"));
+        answer.body_mut().read_json().expect("JSON")
+    }
+
+    /// Sends the coordinator a file.
+    ///
+    /// # Panics
+    /// If it does not answer well.
+    pub fn send(&self, path: &str, content: &[u8]) -> Value {
+        let url = format!("{}/api/v1{path}", self.address);
+        let mut answer = ureq::post(&url).send(content).unwrap_or_else(|e| panic!("{url}: {e}"));
+        answer.body_mut().read_json().expect("JSON")
+    }
+
+    /// Puts files into a bucket of their own on the service's S3 server; gives their place. None where they lie in a folder.
+    ///
+    /// # Panics
+    /// If they cannot be put.
+    #[must_use]
+    pub fn put_objects(&self, test: &str, files: &Files) -> Option<String> {
+        let bucket = s3_server::bucket(&format!("{test}-source"))?;
+        let name = bucket.place.trim_start_matches("s3://");
+        for (path, content) in files {
+            let answer = s3_server::put(bucket.port, &format!("{name}/mesh/{path}"), content).expect("it answers");
+            assert!(answer.starts_with("HTTP/1.1 200"), "{path}: {answer}");
+        }
+        Some(format!("{}/mesh", bucket.place))
+    }
+
     /// Submits a job; gives its id.
     ///
     /// # Panics
     /// If it is refused.
     #[must_use]
-    pub fn submit(&self, source: &Path, city: &str, parameters: &Value) -> String {
+    pub fn submit(&self, source: impl AsRef<Path>, city: &str, parameters: &Value) -> String {
+        let source = source.as_ref();
         let body = serde_json::json!({ "source": source, "city": city, "parameters": parameters });
         self.post("/jobs", &body)["id"].as_str().expect("an id").to_owned()
     }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant, SystemTime};
 
 const LIMIT: Duration = Duration::from_secs(120);
 /// World coordinates of the meshes that `gable synth` makes.
@@ -79,6 +79,25 @@ fn lift(mesh: &Path, house: &[Polygon], ground: f64) -> Vec<Bounds> {
     changed
 }
 
+/// The job of a schedule that ticks once, some seconds from now.
+fn on_schedule(service: &Service, source: &Path, parameters: &Value) -> String {
+    // If a busy machine needs longer to take it, its tick is tomorrow, and it is set anew.
+    for wait in [3, 10, 30] {
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap().as_secs() + wait;
+        let cron = format!("{} {} {} * * *", now % 60, now / 60 % 60, now / 3600 % 24);
+        let job = json!({ "source": source, "city": "delft", "parameters": parameters });
+        service.put("/schedules/delft", &json!({ "cron": cron, "zone": "Etc/UTC", "job": job }));
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(wait + 5) {
+            std::thread::sleep(Duration::from_millis(100));
+            if let Some(job) = service.get("/schedules/delft")["last_job"].as_str() {
+                return job.to_owned();
+            }
+        }
+    }
+    panic!("no tick: {}", service.get("/schedules/delft"));
+}
+
 fn refreshed(database: Database) {
     let town = town(4, 0.02);
     let root = tempfile::tempdir().unwrap();
@@ -94,7 +113,8 @@ fn refreshed(database: Database) {
     let faces = lift(&second, &footprint, ground);
 
     let Some(mut service) = Service::new("refreshed", database, root.path(), 5.0) else { return };
-    let _process = service.serve(&["--all", "--slots", "2"]);
+    let _coordinators = [service.serve(&["--all", "--slots", "2"]), service.serve(&[])];
+    let _workers = [service.work(&[]), service.work(&[])];
     let wanted = json!({
         "sampling.step": STEP, "grid.columns": 8, "grid.rows": 8, "output.report": false,
         "segmentation.patch": PATCH, "segmentation.margin": MARGIN,
@@ -109,8 +129,12 @@ fn refreshed(database: Database) {
     assert_eq!(stages, ["split", "report"]);
     same_models(&service.files(&again), &service.files(&before));
 
-    let after = service.submit(&second, "delft", &wanted);
+    // By the clock, with two coordinators: one tick, one job.
+    let after = on_schedule(&service, &second, &wanted);
     service.expect(&after, "successful", LIMIT);
+    let runs = service.get("/schedules/delft/runs");
+    assert_eq!((runs.as_array().unwrap().len(), &runs[0]["outcome"]), (1, &json!("submitted")));
+    assert_eq!(service.get("/jobs?city=delft")["jobs"].as_array().unwrap().len(), 3);
     let other = service.submit(&second, "delft, anew", &wanted);
     service.expect(&other, "successful", LIMIT);
     assert!(service.units(&other).iter().all(|u| u[2] == "done"), "another city takes nothing over");

@@ -23,7 +23,8 @@ const PLACES: usize = 500;
 /// One row if anything refers to the blob.
 const REFERENCES: &str = "SELECT path FROM artifact WHERE blob = $1 UNION ALL \
                           SELECT path FROM city_file WHERE blob = $1 UNION ALL \
-                          SELECT path FROM outcome_artifact WHERE blob = $1 LIMIT 1";
+                          SELECT path FROM outcome_artifact WHERE blob = $1 UNION ALL \
+                          SELECT path FROM upload_file WHERE blob = $1 LIMIT 1";
 
 impl Artifact {
     pub(crate) fn read(row: &AnyRow) -> Result<Self, JobStoreError> {
@@ -76,7 +77,7 @@ impl Store {
         Ok(found.into_values().collect())
     }
 
-    /// Whether a job, a generation of a city, or an outcome that may be taken over refers to a blob.
+    /// Whether a job, a generation of a city, an upload, or an outcome that may be taken over refers to a blob.
     ///
     /// # Errors
     /// If the database does not answer.

@@ -416,6 +416,7 @@ impl Store {
             .bind(number)
             .execute(&mut **tx)
             .await?;
+        self.tell_published(tx, &city, number).await?;
         let message = format!("generation {number} of {city}");
         self.note(tx, job, EventKind::Published, About { message: Some(&message), ..About::default() }).await
     }

@@ -50,7 +50,8 @@ impl Store {
     }
 
     /// Removes blobs of at least this age that nothing refers to and nobody holds, after forgetting outcomes that were unused for
-    /// `outcomes`, and artefacts other than results of jobs that ended well or were cancelled before `jobs`.
+    /// `outcomes`, uploads that no task has read for `jobs`, and artefacts other than results of jobs that ended well or were
+    /// cancelled before `jobs`.
     /// Several may do so at once.
     ///
     /// # Errors
@@ -63,6 +64,7 @@ impl Store {
         jobs: Duration,
     ) -> Result<Collected, JobStoreError> {
         let mut collected = Collected { outcomes: self.forget_outcomes(outcomes).await?, ..Collected::default() };
+        self.forget_uploads(jobs).await?;
         let statement = "DELETE FROM artifact WHERE SUBSTR(path, 1, 7) <> 'result/' AND job IN \
                          (SELECT id FROM job WHERE state IN ('successful', 'cancelled') AND finished < {now} - $1)";
         collected.artifacts =

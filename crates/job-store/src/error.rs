@@ -6,6 +6,9 @@ pub enum JobStoreError {
     /// The address names no database that is supported.
     #[error("{0:?} is no database: give sqlite:FILE or postgres://USER:PASSWORD@HOST/NAME")]
     Address(String),
+    /// The place names no store of artefacts that is supported.
+    #[error("{0:?} is no place for artefacts: give a folder or s3://BUCKET/PREFIX")]
+    Place(String),
     /// There is no such job.
     #[error("there is no job {0}")]
     NoJob(String),
@@ -82,6 +85,14 @@ pub enum JobStoreError {
     /// The tables could not be brought up to date.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
+    /// A source in an object store.
+    #[error("{place}: {why}")]
+    Fetch {
+        /// The source.
+        place: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// The object store.
     #[error("object store: {0}")]
     Objects(#[from] object_store::Error),
@@ -106,7 +117,14 @@ impl JobStoreError {
                 }),
                 _ => false,
             },
-            Self::Objects(e) => !matches!(e, object_store::Error::NotFound { .. }),
+            Self::Objects(e) => !matches!(
+                e,
+                object_store::Error::NotFound { .. }
+                    | object_store::Error::InvalidPath { .. }
+                    | object_store::Error::NotSupported { .. }
+                    | object_store::Error::NotImplemented { .. }
+                    | object_store::Error::UnknownConfigurationKey { .. }
+            ),
             _ => false,
         }
     }

@@ -132,9 +132,16 @@ impl Store {
     /// # Errors
     /// If the idempotency key was used for another request, or the database does not answer.
     pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobStoreError> {
+        let mut tx = self.begin().await?;
+        let submitted = self.submit_in(&mut tx, new).await?;
+        tx.commit().await?;
+        Ok(submitted)
+    }
+
+    /// Takes a job in as a part of a transaction.
+    pub(crate) async fn submit_in(&self, tx: &mut Tx, new: &NewJob) -> Result<Submitted, JobStoreError> {
         let id = uuid::Uuid::now_v7().to_string();
         let stage = new.tasks.iter().map(|t| t.stage).min().unwrap_or(0);
-        let mut tx = self.begin().await?;
         let statement = "INSERT INTO job (id, city, owner, idempotency_key, request, state, priority, stage, events, created) \
                          VALUES ($1, $2, $3, $4, $5, 'accepted', $6, $7, 0, {now}) ON CONFLICT (owner, idempotency_key) DO NOTHING";
         let inserted = sqlx::query(self.sql(statement))
@@ -145,13 +152,13 @@ impl Store {
             .bind(&new.request)
             .bind(new.priority)
             .bind(stage)
-            .execute(&mut *tx)
+            .execute(&mut **tx)
             .await?;
         if !crate::database::one_row(&inserted) {
             let row = sqlx::query("SELECT id, city, request FROM job WHERE owner = $1 AND idempotency_key = $2")
                 .bind(&new.owner)
                 .bind(&new.idempotency_key)
-                .fetch_one(&mut *tx)
+                .fetch_one(&mut **tx)
                 .await?;
             let earlier: String = row.try_get("id")?;
             let (city, request): (String, String) = (row.try_get("city")?, row.try_get("request")?);
@@ -161,12 +168,11 @@ impl Store {
             }
             return Ok(Submitted { id: earlier, new: false });
         }
-        self.note(&mut tx, &id, EventKind::Submitted, About { message: Some(&new.owner), ..About::default() }).await?;
-        self.add_tasks(&mut tx, &id, -1, &new.tasks).await?;
+        self.note(tx, &id, EventKind::Submitted, About { message: Some(&new.owner), ..About::default() }).await?;
+        self.add_tasks(tx, &id, -1, &new.tasks).await?;
         if new.tasks.is_empty() {
-            self.advance(&mut tx, &id).await?;
+            self.advance(tx, &id).await?;
         }
-        tx.commit().await?;
         Ok(Submitted { id, new: true })
     }
 
@@ -336,6 +342,7 @@ impl Store {
         sqlx::query(self.sql(statement)).bind(id).bind(TaskState::Cancelled.name()).execute(&mut **tx).await?;
         let statement = "UPDATE job SET state = $2, reason = $3, finished = {now} WHERE id = $1";
         sqlx::query(self.sql(statement)).bind(id).bind(state.name()).bind(reason).execute(&mut **tx).await?;
+        self.tell_end(tx, id, state, reason).await?;
         self.note(tx, id, EventKind::State, About { message: Some(state.name()), ..About::default() }).await
     }
 }

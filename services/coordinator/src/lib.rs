@@ -2,17 +2,24 @@
 
 mod api;
 mod auth;
+mod cron;
 mod feed;
+mod outbound;
 mod pages;
 mod problem;
+mod scheduler;
 mod source;
 mod state;
 mod tile;
+mod unpack;
+mod webhooks;
 
 pub use api::{document, router};
 pub use auth::{Caller, NewToken, create_token};
 pub use feed::Feed;
 pub use pages::{escaped, time};
 pub use problem::Problem;
-pub use source::{SourceError, resolve};
+pub use scheduler::tick;
+pub use source::{Source, SourceError, locate, resolve};
 pub use state::{Coordinator, Limits};
+pub use webhooks::deliver;

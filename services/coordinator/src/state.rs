@@ -12,7 +12,7 @@ pub struct Coordinator {
     pub store: Store,
     /// Contents of artefacts.
     pub blobs: Blobs,
-    /// Folders, absolute and without links, whose files may be sources of jobs.
+    /// What may be sources of jobs: folders, absolute and without links, and places such as `s3://BUCKET/PREFIX`.
     pub roots: Vec<PathBuf>,
     /// What a request may take.
     pub limits: Limits,
@@ -29,10 +29,26 @@ pub struct Limits {
     pub time: Duration,
     /// Most entries on a page.
     pub page: i64,
+    /// Largest upload, bytes.
+    pub upload: u64,
+    /// Most that an upload may unpack to, bytes.
+    pub unpacked: u64,
+    /// Most files in an upload.
+    pub files: usize,
+    /// Whether webhooks may be at addresses that are not public.
+    pub private_webhooks: bool,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { body: 1 << 20, time: Duration::from_secs(30), page: 1000 }
+        Self {
+            body: 1 << 20,
+            time: Duration::from_secs(30),
+            page: 1000,
+            upload: 16 << 30,
+            unpacked: 64 << 30,
+            files: 100_000,
+            private_webhooks: false,
+        }
     }
 }

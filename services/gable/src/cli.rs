@@ -466,8 +466,8 @@ pub(crate) struct KeepArgs {
     /// Store of artefacts: a folder, or s3://BUCKET/PREFIX; by default a folder in DIR
     #[arg(long, value_name = "PLACE", env = "GABLE_STORE")]
     pub(crate) store: Option<String>,
-    /// Folder whose meshes may be sources of jobs; may be given many times, by default the current folder
-    #[arg(long = "source-root", value_name = "DIR")]
+    /// Folder, or s3://BUCKET/PREFIX, whose meshes may be sources of jobs; may be given many times, by default the current folder
+    #[arg(long = "source-root", value_name = "PLACE")]
     pub(crate) source_roots: Vec<PathBuf>,
     /// How log lines look
     #[arg(long, value_name = "FORMAT", default_value = "text")]
@@ -527,6 +527,12 @@ pub(crate) struct ServeArgs {
     /// forgotten, hours
     #[arg(long, value_name = "H", default_value_t = 720.0)]
     pub(crate) keep_age: f64,
+    /// Largest mesh that may be uploaded, MB; unpacked it may have four times as much
+    #[arg(long, value_name = "MB", default_value_t = 16_384)]
+    pub(crate) upload_size: u64,
+    /// Let webhooks be at addresses of this machine and of private networks
+    #[arg(long)]
+    pub(crate) private_webhooks: bool,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
     #[command(flatten)]

@@ -22,7 +22,7 @@ const PACE: Duration = Duration::from_millis(250);
 pub(crate) struct Parts {
     pub(crate) store: Store,
     pub(crate) blobs: Blobs,
-    /// Absolute, without links.
+    /// Absolute, without links; or `s3://BUCKET/PREFIX`.
     pub(crate) roots: Vec<PathBuf>,
 }
 
@@ -30,11 +30,14 @@ pub(crate) struct Parts {
 pub(crate) async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
     let store = open_database(&keep.at).await?;
     let blobs = match &keep.store {
-        Some(place) => open_blobs(place)?,
+        Some(place) => open_blobs(place).await?,
         None => Blobs::in_folder(&folder(&keep.at.data)?.join("store"))?,
     };
     let given = if keep.source_roots.is_empty() { vec![PathBuf::from(".")] } else { keep.source_roots.clone() };
     let roots = given.iter().map(|root| {
+        if root.to_str().is_some_and(|r| r.starts_with("s3://")) {
+            return Ok(root.clone());
+        }
         root.canonicalize().map_err(|e| UsageError(format!("--source-root {}: {e}", root.display())).into())
     });
     Ok(Parts { store, blobs, roots: roots.collect::<anyhow::Result<_>>()? })
@@ -55,12 +58,22 @@ fn folder(path: &Path) -> anyhow::Result<PathBuf> {
     path.canonicalize().with_context(|| format!("folder {}", path.display()))
 }
 
-/// The store of artefacts at a place that a user named.
-fn open_blobs(place: &str) -> anyhow::Result<Blobs> {
-    if place.contains("://") {
-        return Err(UsageError(format!("--store {place}: give a folder")).into());
+/// The store of artefacts at a place that a user named; one that does not answer yet is waited for.
+async fn open_blobs(place: &str) -> anyhow::Result<Blobs> {
+    let blobs = Blobs::open(place, std::env::vars()).map_err(|e| UsageError(format!("--store: {e}")))?;
+    let begin = tokio::time::Instant::now();
+    loop {
+        match blobs.ping().await {
+            Err(e) if e.is_transient() && begin.elapsed() < PATIENCE => {
+                tracing::warn!("waiting for the store of artefacts: {e}");
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
+            result => {
+                result.with_context(|| format!("the store of artefacts at {place}"))?;
+                return Ok(blobs);
+            }
+        }
     }
-    Ok(Blobs::in_folder(Path::new(place))?)
 }
 
 /// A database that does not answer yet is waited for.

@@ -38,26 +38,25 @@ impl Cache {
                     return Ok(());
                 }
                 Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                    let content = blobs.get(id).await?;
-                    self.keep(id, &content).await?;
+                    let file = tempfile::NamedTempFile::new_in(&self.folder).map_err(wrong)?;
+                    blobs.fetch(id, file.path()).await?;
+                    read_only(file.path()).map_err(wrong)?;
+                    file.persist(&kept).map_err(|e| wrong(e.error))?;
                 }
                 Err(e) => return Err(wrong(e)),
             }
         }
-        let content = blobs.get(id).await?;
-        tokio::fs::write(place, &content).await.map_err(wrong)
+        blobs.fetch(id, place).await
     }
 
-    /// Keeps a content; it is there whole or not at all.
-    pub(crate) async fn keep(&self, id: BlobId, content: &[u8]) -> Result<(), JobStoreError> {
-        let wrong = |source| JobStoreError::File { path: self.folder.clone(), source };
-        let file = tempfile::NamedTempFile::new_in(&self.folder).map_err(wrong)?;
-        tokio::fs::write(file.path(), content).await.map_err(wrong)?;
-        let mut permissions = file.as_file().metadata().map_err(wrong)?.permissions();
-        permissions.set_readonly(true);
-        file.as_file().set_permissions(permissions).map_err(wrong)?;
-        file.persist(self.place(id)).map_err(|e| wrong(e.error))?;
-        Ok(())
+    /// Keeps a file that a task made, whose content will not change any more: linked, so that it costs no disk.
+    pub(crate) async fn keep(&self, id: BlobId, file: &Path) -> Result<(), JobStoreError> {
+        let wrong = |source| JobStoreError::File { path: file.to_owned(), source };
+        read_only(file).map_err(wrong)?;
+        match tokio::fs::hard_link(file, self.place(id)).await {
+            Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => Err(wrong(e)),
+            _ => Ok(()),
+        }
     }
 
     /// Removes what was not used for longest until the rest is within the limit.
@@ -81,6 +80,12 @@ impl Cache {
             }
         }
     }
+}
+
+fn read_only(file: &Path) -> Result<(), std::io::Error> {
+    let mut permissions = std::fs::metadata(file)?.permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(file, permissions)
 }
 
 /// Notes that a file was used. Failing is harmless: it may leave the cache earlier.
@@ -115,6 +120,11 @@ mod tests {
         cache.tidy();
         assert!(!cache.place(ids[1]).exists() && cache.place(ids[2]).exists());
         assert_eq!(std::fs::read(place(1)).expect("read"), [1; 10], "a task keeps what it was given");
+        let made = place(4);
+        std::fs::write(&made, [4; 10]).expect("written");
+        cache.keep(BlobId::of(&[4; 10]), &made).await.expect("kept");
+        cache.keep(BlobId::of(&[4; 10]), &made).await.expect("kept already");
+        cache.lay(&blobs, BlobId::of(&[4; 10]), &place(5)).await.expect("what was made here is not fetched");
         assert!(matches!(cache.lay(&blobs, BlobId::of(b"none"), &place(3)).await, Err(JobStoreError::Objects(_))));
     }
 }

@@ -12,6 +12,6 @@ mod worker;
 pub use child::Limits;
 pub use error::WorkerError;
 pub use protocol::{
-    Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, Order, PHASE, Report, StageTime,
+    Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, Order, PHASE, Report, StageTime, UPLOAD,
 };
 pub use worker::{Settings, Worker};

@@ -11,6 +11,9 @@ pub const FAILED: i32 = 1;
 /// What a line of the child's log begins with that tells how far it is.
 pub const PHASE: &str = "phase: ";
 
+/// Folder, within that of the task, of the upload that it reads.
+pub const UPLOAD: &str = "upload";
+
 /// What a child is to do: one line of JSON on its standard input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Order {
@@ -67,6 +70,9 @@ pub struct Needs {
     /// Artefacts of the job that it reads: paths, or folders, which end with `/`.
     #[serde(default)]
     pub reads: Vec<String>,
+    /// An upload that it reads; its files are laid into the folder [`UPLOAD`].
+    #[serde(default)]
+    pub upload: Option<String>,
     /// Whether it is to be told what happened in earlier stages.
     #[serde(default)]
     pub history: bool,

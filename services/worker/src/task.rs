@@ -4,7 +4,7 @@ use crate::cache::Cache;
 use crate::child::{self, Ended, State};
 use crate::history;
 use crate::outcome;
-use crate::protocol::{History, Needs, Order, Report};
+use crate::protocol::{History, Needs, Order, Report, UPLOAD};
 use crate::{Settings, WorkerError};
 use gable_job_store::{
     Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry, Store,
@@ -125,6 +125,18 @@ impl Around<'_> {
         if let Err(e) = self.fetch(&read, folder.path(), &stop).await {
             return Ok(Made::of("fetching its input", &e));
         }
+        if let Some(id) = &needs.upload {
+            let files = match again_while_away(&stop, OUTAGE, || self.store.upload_files(id)).await {
+                Ok(files) if files.is_empty() => {
+                    return Ok(Made::BadInput(format!("upload {id} is not there any more: send the mesh again")));
+                }
+                Ok(files) => files,
+                Err(e) => return Ok(Made::of("looking for its upload", &e)),
+            };
+            if let Err(e) = self.fetch(&files, &folder.path().join(UPLOAD), &stop).await {
+                return Ok(Made::of("fetching its upload", &e));
+            }
+        }
         let order = Order { request, stage: claim.stage, unit: claim.unit.clone(), input, history };
         self.say("running");
         let settings = self.settings;
@@ -200,16 +212,14 @@ impl Around<'_> {
             if !tokio::fs::symlink_metadata(&file).await.map_err(wrong)?.is_file() {
                 return Err(wrong(std::io::Error::other("it is no file of its own")));
             }
-            let content = tokio::fs::read(&file).await.map_err(wrong)?;
-            kept.push(Artifact { path: path.clone(), blob: BlobId::of(&content), bytes: content.len() as u64 });
+            let (blob, bytes) = BlobId::of_file(&file).await?;
+            kept.push(Artifact { path: path.clone(), blob, bytes });
         }
         self.hold(&kept, stop).await?;
         for artifact in &kept {
             let file = folder.join(&artifact.path);
-            let content =
-                tokio::fs::read(&file).await.map_err(|source| JobStoreError::File { path: file.clone(), source })?;
-            again_while_away(stop, OUTAGE, || self.blobs.put(content.clone())).await?;
-            self.cache.keep(artifact.blob, &content).await?;
+            again_while_away(stop, OUTAGE, || self.blobs.put_file(artifact.blob, &file)).await?;
+            self.cache.keep(artifact.blob, &file).await?;
         }
         let city = match &report.city {
             Some(city) if report.made.contains(&city.buildings) => Some(outcome::publication(city, folder).await?),

@@ -1,10 +1,14 @@
-//! What every database must do. The suite runs on SQLite, and on Postgres where its programs are installed.
+//! What every database and every store of artefacts must do. The suites run on SQLite and on Postgres, and on a folder and on S3,
+//! where servers of these are installed.
 
+mod blobs;
 mod cities;
 mod postgres;
+mod s3_server;
+mod schedules;
 mod suite;
 
-use gable_job_store::Store;
+use gable_job_store::{Blobs, Store};
 
 /// Notes a test that found nothing to work on.
 #[allow(clippy::print_stdout, reason = "the reason for a skipped test is for whoever runs it")]
@@ -74,4 +78,45 @@ conformance!(
     cities::outcomes_are_taken_over,
     cities::a_retry_begins_with_what_failed,
     cities::only_what_nothing_refers_to_is_removed,
+    schedules::a_tick_has_one_winner,
+    schedules::runs_do_not_overlap,
+    schedules::missed_and_changed_ticks_submit_nothing,
+    schedules::messages_are_for_whom_they_concern,
+    schedules::a_message_is_sent_until_it_is_delivered,
+);
+
+macro_rules! conformance_of_blobs {
+    ($($name:ident),* $(,)?) => {
+        mod in_folder {
+            $(
+                #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+                async fn $name() {
+                    let folder = tempfile::tempdir().expect("a folder");
+                    let blobs = super::Blobs::in_folder(folder.path()).expect("opens");
+                    super::blobs::$name(&blobs).await;
+                }
+            )*
+        }
+
+        mod on_s3 {
+            $(
+                #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+                async fn $name() {
+                    let name = stringify!($name).replace("_", "-");
+                    let Some(bucket) = super::s3_server::bucket(&name[..name.len().min(60)]) else { return };
+                    let variables = super::s3_server::Bucket::variables(bucket.port);
+                    let blobs = super::Blobs::open(&format!("{}/some/prefix", bucket.place), variables).expect("opens");
+                    super::blobs::$name(&blobs).await;
+                }
+            )*
+        }
+    };
+}
+
+conformance_of_blobs!(
+    what_is_put_is_found_and_removed,
+    files_go_in_and_out_as_streams,
+    parts_are_those_of_the_content,
+    a_file_that_changes_is_not_kept_under_its_old_name,
+    many_writers_of_one_content_do_not_disturb_each_other,
 );

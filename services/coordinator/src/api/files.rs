@@ -4,6 +4,7 @@ use crate::pages::tagged;
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
+use axum::body::Body;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -107,13 +108,17 @@ pub(super) async fn send(
     if known.status() == StatusCode::NOT_MODIFIED {
         return Ok(known);
     }
-    let whole = service.blobs.get(file.blob).await?;
-    let (status, body) = match part {
-        None => (StatusCode::OK, whole),
-        Some((first, last)) => (StatusCode::PARTIAL_CONTENT, whole.slice(first as usize..=last as usize)),
+    let (status, length, pieces) = match part {
+        None => (StatusCode::OK, file.bytes, service.blobs.stream(file.blob).await?),
+        Some((first, last)) => {
+            let pieces = service.blobs.part(file.blob, first..last + 1).await?;
+            (StatusCode::PARTIAL_CONTENT, last + 1 - first, pieces)
+        }
     };
-    let mut response = (status, body).into_response();
+    // What goes wrong on the way cuts the answer off, which the client sees by its length.
+    let mut response = (status, Body::from_stream(pieces)).into_response();
     let fields = response.headers_mut();
+    fields.insert(header::CONTENT_LENGTH, length.into());
     fields.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type(path)));
     fields.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
     if let Some((first, last)) = part

@@ -2,7 +2,8 @@
 
 use crate::pages::{cut, limit, tagged, time};
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem, source};
+use crate::source::{self, Source};
+use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, QueryRejection};
 use axum::extract::{Path, Query, State};
@@ -24,7 +25,7 @@ const LONGEST: usize = 200;
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({ "source": "delft/mesh.obj", "city": "delft", "parameters": { "sampling.step": 0.2 } }))]
 pub(crate) struct JobRequest {
-    /// The mesh: a file or folder under a source root of the service.
+    /// The mesh: a file or folder under a source root of the service, `s3://BUCKET/PREFIX` under such a root, or `upload:ID`.
     #[schema(min_length = 1, max_length = 4096)]
     source: String,
     /// The city that it shows; a later job of the same city refreshes it.
@@ -40,6 +41,16 @@ pub(crate) struct JobRequest {
     #[serde(default)]
     #[schema(minimum = -100, maximum = 100)]
     priority: i64,
+}
+
+impl JobRequest {
+    pub(super) fn city(&self) -> &str {
+        &self.city
+    }
+
+    pub(super) fn priority(&self) -> i64 {
+        self.priority
+    }
 }
 
 /// A parameter's value: what its kind asks for, or the same as text.
@@ -214,7 +225,7 @@ pub(crate) async fn submit(
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
     let Json(request) = body?;
-    check(&request, &service)?;
+    check(&request, &service).await?;
     let key = headers.get("idempotency-key").map(|v| v.to_str().map(str::to_owned)).transpose();
     let key = key.map_err(|_| Problem::invalid("the idempotency key is not ASCII"))?;
     if key.as_ref().is_some_and(|k| k.is_empty() || k.len() > LONGEST) {
@@ -227,7 +238,7 @@ pub(crate) async fn submit(
         return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "quota", "Too many jobs under way", detail));
     }
     let text = serde_json::to_string(&request).map_err(|e| Problem::invalid(e.to_string()))?;
-    let first = NewTask { stage: 0, unit: "scene".to_owned(), input: "{}".to_owned(), required: true, max_attempts: 3 };
+    let first = first_task(&request);
     let new = NewJob {
         city: request.city,
         owner: caller.name,
@@ -243,15 +254,29 @@ pub(crate) async fn submit(
     Ok((status, [(header::LOCATION, place)], Json(JobView::of(job))).into_response())
 }
 
+/// The task that a job with this request begins with.
+pub(crate) fn first_task(request: &JobRequest) -> NewTask {
+    let input = match source::upload(&request.source) {
+        Some(id) => serde_json::json!({ "upload": id }),
+        None => serde_json::json!({}),
+    };
+    NewTask { stage: 0, unit: "scene".to_owned(), input: input.to_string(), required: true, max_attempts: 3 }
+}
+
 /// What can be known to be wrong before the job begins.
-fn check(request: &JobRequest, service: &Coordinator) -> Result<(), Problem> {
+pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result<(), Problem> {
     if request.city.trim().is_empty() || request.city.len() > LONGEST || request.city.chars().any(char::is_control) {
         return Err(Problem::invalid(format!("city has to be a name of 1 to {LONGEST} bytes")));
     }
     if !(-100..=100).contains(&request.priority) {
         return Err(Problem::invalid("priority has to be -100 to 100"));
     }
-    source::resolve(&request.source, &service.roots).map_err(|e| Problem::invalid(e.to_string()))?;
+    let source = source::locate(&request.source, &service.roots).map_err(|e| Problem::invalid(e.to_string()))?;
+    if let Source::Upload(id) = source
+        && service.store.upload(&id).await?.is_none()
+    {
+        return Err(Problem::invalid(format!("there is no upload {id}: send the mesh by POST /api/v1/uploads")));
+    }
     let settings: Vec<_> = request.parameters.iter().map(|(name, value)| (name.clone(), value.text())).collect();
     let params =
         Params::assemble(request.preset.as_deref(), None, &settings).map_err(|e| Problem::invalid(e.to_string()))?;

@@ -12,7 +12,13 @@ mod health;
 mod jobs;
 mod metrics;
 mod parameters;
+mod schedules;
+mod uploads;
+mod webhooks;
 mod workers;
+
+pub(crate) use jobs::first_task;
+pub(crate) use schedules::read_request;
 
 use crate::problem::{in_one_form, refused_anyway};
 use crate::{Coordinator, Problem};
@@ -47,6 +53,9 @@ use utoipa_swagger_ui::SwaggerUi;
         (name = "cities", description = "What readers see: cities, their generations, buildings, tiles and files"),
         (name = "jobs", description = "Submitting and steering"),
         (name = "results", description = "What a job made"),
+        (name = "uploads", description = "Meshes that are sent"),
+        (name = "schedules", description = "Jobs by the clock"),
+        (name = "webhooks", description = "Who is told of what happens"),
         (name = "service", description = "The service itself"),
     )
 )]
@@ -55,7 +64,9 @@ struct Description;
 /// All routes, with limits on what a request may take.
 pub fn router(service: Coordinator) -> Router {
     let limits = service.limits;
-    let (bounded, document) = routes().split_for_parts();
+    let (bounded, mut document) = routes().split_for_parts();
+    let (uploads, of_uploads) = upload_routes().split_for_parts();
+    document.merge(of_uploads);
     bounded
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, limits.time))
         // A stream of events is as long as its job, so it has no time limit.
@@ -72,6 +83,7 @@ pub fn router(service: Coordinator) -> Router {
             )
         })
         .layer(RequestBodyLimitLayer::new(limits.body))
+        .merge(uploads.layer(axum::extract::DefaultBodyLimit::disable()))
         .layer(axum::middleware::map_response(in_one_form))
         .layer(CompressionLayer::new())
         .layer(CatchPanicLayer::custom(after_panic))
@@ -86,7 +98,25 @@ pub fn router(service: Coordinator) -> Router {
 /// The OpenAPI document.
 #[must_use]
 pub fn document() -> Document {
-    routes().split_for_parts().1
+    let mut document = routes().split_for_parts().1;
+    document.merge(upload_routes().split_for_parts().1);
+    document
+}
+
+/// What takes large bodies: with limits of its own for size and time.
+fn upload_routes() -> OpenApiRouter<Coordinator> {
+    let v1 = OpenApiRouter::new().routes(routes!(uploads::receive, uploads::list)).routes(routes!(uploads::remove));
+    with_refusals(OpenApiRouter::new().nest("/api/v1", v1))
+}
+
+/// Adds to the description of each operation what any may answer.
+fn with_refusals(mut router: OpenApiRouter<Coordinator>) -> OpenApiRouter<Coordinator> {
+    for operation in operations(router.get_openapi_mut()) {
+        for (status, response) in refused_anyway() {
+            operation.responses.responses.entry(status).or_insert(response);
+        }
+    }
+    router
 }
 
 fn routes() -> OpenApiRouter<Coordinator> {
@@ -117,16 +147,17 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(city_files::list))
         .routes(routes!(city_files::content))
         .routes(routes!(parameters::list))
+        .routes(routes!(schedules::list))
+        .routes(routes!(schedules::show, schedules::put, schedules::remove))
+        .routes(routes!(schedules::run))
+        .routes(routes!(schedules::runs))
+        .routes(routes!(webhooks::list, webhooks::create))
+        .routes(routes!(webhooks::remove))
+        .routes(routes!(webhooks::messages))
         .routes(routes!(workers::list))
         .routes(routes!(caller::show));
-    let mut all = OpenApiRouter::with_openapi(description).nest("/api/v1", v1);
-    all = all.routes(routes!(metrics::show));
-    for operation in operations(all.get_openapi_mut()) {
-        for (status, response) in refused_anyway() {
-            operation.responses.responses.entry(status).or_insert(response);
-        }
-    }
-    all.routes(routes!(health::alive)).routes(routes!(health::ready))
+    let all = OpenApiRouter::with_openapi(description).nest("/api/v1", v1).routes(routes!(metrics::show));
+    with_refusals(all).routes(routes!(health::alive)).routes(routes!(health::ready))
 }
 
 /// What log lines about a request say of it. Headers and queries are left out: they may hold secrets.

@@ -24,7 +24,7 @@ async fn start() -> Service {
         store: Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens"),
         blobs: Blobs::in_folder(&base.join("blobs")).expect("opens"),
         roots: vec![root],
-        limits: Limits { body: 10_000, time: Duration::from_secs(20), page: 50 },
+        limits: Limits { body: 10_000, time: Duration::from_secs(20), page: 50, ..Limits::default() },
         feed: Feed::default(),
     };
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
@@ -173,8 +173,8 @@ async fn what_does_not_hold_is_refused_with_a_reason() {
     let outside = refused(json!({ "source": "../jobs.db", "city": "a" })).await;
     assert_eq!(
         outside,
-        "source \"../jobs.db\" is not a file or folder under a source root of this service: put the mesh there, or start \
-         the service with --root FOLDER"
+        "source \"../jobs.db\" is not a file or folder under a source root of this service: put the mesh there, \
+         upload it, or start the service with --source-root FOLDER or s3://BUCKET/PREFIX"
     );
     assert!(refused(json!({ "source": "/etc/passwd", "city": "a" })).await.contains("source root"));
     assert!(refused(json!({ "source": "mesh.obj", "city": " " })).await.contains("city has to be a name"));

@@ -31,13 +31,21 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         store: parts.store.clone(),
         blobs: parts.blobs.clone(),
         roots: parts.roots.clone(),
-        limits: Limits::default(),
+        limits: Limits {
+            upload: args.upload_size << 20,
+            unpacked: args.upload_size << 22,
+            private_webhooks: args.private_webhooks,
+            ..Limits::default()
+        },
         feed: Feed::default(),
     };
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));
     let working = service::work(workers, stop.clone());
     let collect_stop = stop.clone();
+    let (ticking, tick_stop) = (coordinator.clone(), stop.clone());
+    let ticking = gable_coordinator::tick(&ticking, tick_stop);
+    let delivering = gable_coordinator::deliver(&parts.store, args.private_webhooks, stop.clone());
     let serving = async {
         let stopped = async move {
             let _ = stop.wait_for(|&s| s).await;
@@ -51,6 +59,6 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         hours("keep-age", args.keep_age)?,
         collect_stop,
     );
-    let (working, serving, ()) = tokio::join!(working, serving, collecting);
-    working.and(serving.context("serving"))
+    let (working, serving, (), (), delivering) = tokio::join!(working, serving, collecting, ticking, delivering);
+    working.and(serving.context("serving")).and(delivering.context("sending to webhooks"))
 }

@@ -3,12 +3,14 @@
 use crate::cli::TaskArgs;
 use crate::exit::{Outcome, UsageError};
 use anyhow::Context as _;
+use gable_coordinator::Source;
+use gable_job_store::{FetchLimits, JobStoreError, fetch_objects};
 use gable_pipeline::params::PARAMETERS;
 use gable_pipeline::{
     FailedUnit, Observer, Params, Stage, StageSeconds, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask,
     carry_out, first_unit,
 };
-use gable_worker::{Addition, CityReport, History, Order, PHASE, Report};
+use gable_worker::{Addition, CityReport, History, Order, PHASE, Report, UPLOAD};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, Read as _, Write as _};
@@ -23,8 +25,6 @@ pub(crate) fn run(args: &TaskArgs) -> anyhow::Result<Outcome> {
     let order: Order = serde_json::from_str(&line).context("the order")?;
     let request: Request =
         serde_json::from_value(order.request.clone()).map_err(|e| UsageError(format!("the request: {e}")))?;
-    let source =
-        gable_coordinator::resolve(&request.source, &args.source_roots).map_err(|e| UsageError(e.to_string()))?;
     let params = request.params(&args.source_roots, args.memory)?;
     let stage = stage(order.stage)?;
     let task = unit(stage, &order)?;
@@ -32,11 +32,59 @@ pub(crate) fn run(args: &TaskArgs) -> anyhow::Result<Outcome> {
     // What is alone in its stage has the machine for itself.
     let alone = matches!(stage, Stage::Split | Stage::Terrain | Stage::Stitch | Stage::Report);
     let threads = if alone { args.threads } else { 1 };
-    let job = UnitJob { source: &super::mesh_folder(&source), params: &params };
+    let source = source(&request, stage, &args.source_roots)?;
+    let job = UnitJob { source: &source, params: &params };
     let made = carry_out(&job, &task, &history, Path::new("."), threads, &Teller::default())?;
     let text = serde_json::to_string(&report(made)?).context("the report")?;
     writeln!(std::io::stdout(), "{text}").context("handing in the report")?;
     Ok(Outcome::Success)
+}
+
+/// Folder, within that of the task, of objects that are the source.
+const OBJECTS: &str = "objects";
+
+/// What a source may have: what one machine can split.
+const FETCH: FetchLimits = FetchLimits { bytes: 1 << 40, objects: 1_000_000 };
+
+/// The mesh, fetched if it is in an object store. Only the split reads it, so for other stages, which may run on machines that cannot
+/// see it, it is no more than a name; an upload has none, and is named after the city.
+fn source(request: &Request, stage: Stage, roots: &[PathBuf]) -> anyhow::Result<PathBuf> {
+    let located = gable_coordinator::locate(&request.source, roots);
+    if stage != Stage::Split {
+        return Ok(match located {
+            Ok(Source::Upload(_)) => PathBuf::from(&request.city),
+            _ => super::mesh_folder(Path::new(&request.source)),
+        });
+    }
+    match located.map_err(|e| UsageError(e.to_string()))? {
+        Source::File(path) => Ok(super::mesh_folder(&path)),
+        Source::Upload(_) => inner(Path::new(UPLOAD)),
+        Source::Objects(place) => {
+            let folder = Path::new(OBJECTS);
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+            let fetched = runtime.block_on(fetch_objects(&place, std::env::vars(), folder, FETCH));
+            match fetched {
+                Err(e @ JobStoreError::Fetch { .. }) => Err(UsageError(e.to_string()).into()),
+                Err(e) => Err(anyhow::Error::new(e).context(format!("fetching {place}"))),
+                Ok(_) => inner(folder),
+            }
+        }
+    }
+}
+
+/// The folder in which more than one folder lies: archives are often made with a folder around everything.
+fn inner(folder: &Path) -> anyhow::Result<PathBuf> {
+    let mut folder = folder.to_owned();
+    loop {
+        let entries: Vec<_> = std::fs::read_dir(&folder)
+            .and_then(Iterator::collect)
+            .with_context(|| format!("folder {}", folder.display()))?;
+        match &entries[..] {
+            [only] if only.path().is_dir() => folder = only.path(),
+            [only] => return Ok(only.path()),
+            _ => return Ok(folder),
+        }
+    }
 }
 
 /// Ends the process when its standard input is closed: then the worker is gone.
@@ -52,6 +100,7 @@ fn end_with_the_worker() {
 #[derive(Debug, Deserialize)]
 struct Request {
     source: String,
+    city: String,
     #[serde(default)]
     preset: Option<String>,
     #[serde(default)]

@@ -1,0 +1,217 @@
+//! Uploads: meshes that users send.
+
+use crate::pages::time;
+use crate::problem::Refused;
+use crate::unpack::{UnpackError, unpack};
+use crate::{Caller, Coordinator, Problem};
+use axum::Json;
+use axum::body::Body;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Path, Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt as _;
+use gable_job_store::{Artifact, BlobId, JobStoreError, Scope, Upload};
+use serde::{Deserialize, Serialize};
+use std::path::Path as FilePath;
+use std::time::Duration;
+use tokio::io::AsyncWriteExt as _;
+use utoipa::{IntoParams, ToSchema};
+
+/// Longest time without a byte of the body.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// How long contents are held before their upload is complete.
+const HOLD: Duration = Duration::from_secs(24 * 3600);
+
+/// Uploads on a page.
+const PAGE: i64 = 1000;
+
+/// What a mesh that is one file may be named like.
+const MESHES: [&str; 4] = ["ply", "off", "glb", "obj"];
+
+/// How an upload is to be taken.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(crate) struct UploadQuery {
+    /// Name of the file: a .zip of a folder of tiles, or a mesh in one file (.ply, .off, .glb, .obj).
+    #[param(min_length = 5, max_length = 200)]
+    name: String,
+}
+
+/// A mesh that was sent.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(crate) struct UploadView {
+    id: String,
+    /// What a job names as its source.
+    #[schema(example = "upload:0198c0de")]
+    source: String,
+    /// Who has sent it.
+    owner: String,
+    name: String,
+    /// Size of its files.
+    bytes: u64,
+    /// Number of its files.
+    files: u64,
+    created: String,
+}
+
+impl UploadView {
+    fn of(upload: Upload) -> Self {
+        Self {
+            source: format!("upload:{}", upload.id),
+            id: upload.id,
+            owner: upload.owner,
+            name: upload.name,
+            bytes: upload.bytes,
+            files: upload.files,
+            created: time(upload.created),
+        }
+    }
+}
+
+/// Send a mesh
+///
+/// The body is the file. The mesh is the source `upload:ID` of jobs then, and is kept until no job has read it for long.
+#[utoipa::path(
+    post, path = "/uploads", tag = "uploads", params(UploadQuery),
+    request_body(content = String, content_type = "application/octet-stream", description = "The file"),
+    responses(
+        (status = 201, description = "It is here", body = UploadView),
+        Refused<413>,
+        Refused<422>,
+    )
+)]
+pub(crate) async fn receive(
+    State(service): State<Coordinator>,
+    caller: Caller,
+    query: Result<Query<UploadQuery>, QueryRejection>,
+    body: Body,
+) -> Result<Response, Problem> {
+    caller.needs(Scope::Submitter)?;
+    let Query(UploadQuery { name }) = query?;
+    let end = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).unwrap_or_default();
+    let plain = |c: char| c.is_alphanumeric() || "._- ".contains(c);
+    if name.len() > 200 || name.starts_with('.') || !name.chars().all(plain) {
+        return Err(Problem::invalid("name has to be that of a file: letters, digits, spaces, . _ -"));
+    }
+    if end != "zip" && !MESHES.contains(&&*end) {
+        return Err(Problem::invalid(format!("name {name:?} has to end with .zip, .ply, .off, .glb or .obj")));
+    }
+    let folder = tempfile::tempdir().map_err(|e| no_room(&e))?;
+    let file = folder.path().join("body");
+    store_body(body, &file, service.limits.upload).await?;
+    let files = folder.path().join("files");
+    let paths = if end == "zip" {
+        let (limits, to) = (service.limits, files.clone());
+        let archive = std::fs::File::open(&file).map_err(|e| no_room(&e))?;
+        let unpacked = tokio::task::spawn_blocking(move || unpack(archive, &to, &limits)).await;
+        match unpacked.map_err(|e| no_room(&e.into()))? {
+            Ok(paths) => paths,
+            Err(UnpackError::File { source, .. }) => return Err(no_room(&source)),
+            Err(e) => return Err(Problem::invalid(e.to_string())),
+        }
+    } else {
+        tokio::fs::create_dir(&files).await.map_err(|e| no_room(&e))?;
+        tokio::fs::rename(&file, files.join(&name)).await.map_err(|e| no_room(&e))?;
+        vec![name.clone()]
+    };
+    let kept = keep(&service, &files, paths).await?;
+    let upload = Upload {
+        id: uuid::Uuid::now_v7().to_string(),
+        owner: caller.name,
+        name,
+        bytes: kept.iter().map(|f| f.bytes).sum(),
+        files: kept.len() as u64,
+        created: 0,
+    };
+    service.store.add_upload(&upload, &kept).await?;
+    let made = service.store.upload(&upload.id).await?.ok_or_else(|| none(&upload.id))?;
+    let place = format!("/api/v1/uploads/{}", made.id);
+    Ok((StatusCode::CREATED, [(header::LOCATION, place)], Json(UploadView::of(made))).into_response())
+}
+
+fn none(id: &str) -> Problem {
+    Problem::not_found(format!("there is no upload {id:?}"))
+}
+
+/// The local disk is full, or broken.
+fn no_room(error: &std::io::Error) -> Problem {
+    tracing::error!("an upload cannot be kept: {error}");
+    let detail = "the service has no room for the file now: try again later";
+    Problem::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "The service is not ready", detail)
+}
+
+/// Writes a body to a file as it comes, as long as it comes and is not too large.
+async fn store_body(body: Body, file: &FilePath, most: u64) -> Result<(), Problem> {
+    let mut out = tokio::fs::File::create(file).await.map_err(|e| no_room(&e))?;
+    let mut pieces = body.into_data_stream();
+    let mut left = most;
+    loop {
+        let piece = tokio::time::timeout(SILENCE, pieces.next()).await.map_err(|_| {
+            let detail = format!("nothing came for {} s", SILENCE.as_secs());
+            Problem::new(StatusCode::REQUEST_TIMEOUT, "timeout", "The request took too long", detail)
+        })?;
+        let Some(piece) = piece else { break };
+        let piece = piece.map_err(|_| {
+            Problem::new(StatusCode::BAD_REQUEST, "body", "The body cannot be read", "it was cut off: send it again")
+        })?;
+        left = left.checked_sub(piece.len() as u64).ok_or_else(|| {
+            let detail =
+                format!("an upload may have {} MB: start the service with --upload-size to allow more", most >> 20);
+            Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "body", "The body is too large", detail)
+        })?;
+        out.write_all(&piece).await.map_err(|e| no_room(&e))?;
+    }
+    out.flush().await.map_err(|e| no_room(&e))
+}
+
+/// Puts files into the object store.
+async fn keep(service: &Coordinator, folder: &FilePath, paths: Vec<String>) -> Result<Vec<Artifact>, JobStoreError> {
+    let mut kept = Vec::new();
+    for path in paths {
+        let (blob, bytes) = BlobId::of_file(&folder.join(&path)).await?;
+        kept.push(Artifact { path, blob, bytes });
+    }
+    let blobs: Vec<BlobId> = kept.iter().map(|f| f.blob).collect();
+    // What is being removed just now is gone soon.
+    while !service.store.hold(&blobs, HOLD).await? {
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+    for file in &kept {
+        service.blobs.put_file(file.blob, &folder.join(&file.path)).await?;
+    }
+    Ok(kept)
+}
+
+/// List uploads, newest first
+#[utoipa::path(
+    get, path = "/uploads", tag = "uploads",
+    responses(
+        (status = 200, description = "At most 1000 of them", body = Vec<UploadView>),
+    )
+)]
+pub(crate) async fn list(State(service): State<Coordinator>, _: Caller) -> Result<Json<Vec<UploadView>>, Problem> {
+    let all = service.store.uploads(None, PAGE).await?;
+    Ok(Json(all.into_iter().map(UploadView::of).collect()))
+}
+
+/// Remove an upload; jobs that were submitted with it and have not begun will fail
+#[utoipa::path(
+    delete, path = "/uploads/{id}", tag = "uploads",
+    params(("id" = String, Path, description = "Id of the upload")),
+    responses(
+        (status = 204, description = "Removed"),
+        Refused<404>,
+    )
+)]
+pub(crate) async fn remove(
+    State(service): State<Coordinator>,
+    caller: Caller,
+    Path(id): Path<String>,
+) -> Result<StatusCode, Problem> {
+    caller.needs(Scope::Submitter)?;
+    caller.may_steer(&service.store.upload(&id).await?.ok_or_else(|| none(&id))?.owner)?;
+    if service.store.remove_upload(&id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(none(&id)) }
+}
