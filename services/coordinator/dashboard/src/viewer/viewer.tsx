@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { type ResultFile, type ResultPlace, download, filesOf, request } from '../api';
+import { plural } from '../format';
 import { type Route, replaceQuery } from '../router';
 import { Failure, Loading } from '../ui';
 import { MODES, type Mode, type Properties, legendOf } from './features';
@@ -80,7 +81,12 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
   useEffect(() => {
     if (hasGround && !file) stage.current?.showGround(place, ground).catch(setError);
   }, [hasGround, ground, file]);
-  useEffect(() => stage.current?.setMode(mode), [mode, files]);
+  // What colours mean is known when they are painted.
+  const [, painted] = useState(0);
+  useEffect(() => {
+    stage.current?.setMode(mode);
+    painted((n) => n + 1);
+  }, [mode, files]);
 
   const openOwn = async (event: Event) => {
     const chosen = (event.currentTarget as HTMLInputElement).files?.[0];
@@ -140,7 +146,7 @@ function Key({ mode, buildings, loading }: { mode: Mode; buildings: number; load
       <strong>{mode}</strong>
       {legend.items?.map(([name, colour]) => <span key={name}><i style={{ background: colour }} /> {name}</span>)}
       {legend.ramp && <span>{legend.ramp.from} <i class="ramp" style={{ background: legend.ramp.css }} /> {legend.ramp.to}</span>}
-      <span class="dim" aria-live="polite">{buildings} buildings{loading ? ', loading …' : ''}</span>
+      <span class="dim" aria-live="polite">{plural(buildings, 'building')}{loading ? ', loading …' : ''}</span>
     </div>
   );
 }
