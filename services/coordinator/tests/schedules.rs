@@ -144,7 +144,7 @@ async fn missed_ticks_are_handled_as_configured() {
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let wait = async {
         let begin = Instant::now();
-        while store.due_schedules().await.expect("lists") != [] {
+        while !store.due_schedules().await.expect("lists").is_empty() {
             assert!(begin.elapsed() < Duration::from_secs(20), "nobody ticks");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
