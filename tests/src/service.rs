@@ -2,7 +2,7 @@
 
 use crate::proxy::Proxy;
 use crate::s3_server::{self, Bucket};
-use crate::{gable, postgres};
+use crate::{gable, postgres, run_gable};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
@@ -205,6 +205,16 @@ impl Service {
     pub fn work(&self, more: &[&str]) -> Process {
         let arguments = self.arguments("work", "work", &[&["--slots", "1"], more].concat());
         Process::start(&arguments, &self.variables, None).0
+    }
+
+    /// Makes a token; from then on every request needs one.
+    ///
+    /// # Panics
+    /// If it cannot be made.
+    #[must_use]
+    pub fn token(&self, name: &str, scope: &str) -> String {
+        let arguments = ["token", "--database", &self.database, "create", name, "--scope", scope];
+        run_gable(&arguments).success().stdout.trim().to_owned()
     }
 
     /// Where the coordinator is.

@@ -91,4 +91,9 @@ fn an_operator_works_at_the_dashboard() {
     assert!(measured["changes"].as_u64().unwrap() >= 1, "{measured}");
     assert!(measured["frames_per_second"].as_f64().unwrap() > 1.0, "{measured}");
     std::fs::write(shots.join("measured.json"), measured.to_string()).unwrap();
+
+    // With a token that allows to look only.
+    let token = service.token("eve", "viewer");
+    let arguments = [service.address(), &token, shots.to_str().unwrap()];
+    let _ = run_node(TEST, "login.mjs", "playwright-core", &arguments);
 }

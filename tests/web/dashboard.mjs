@@ -213,7 +213,17 @@ try {
   await page.getByRole('rowheader').first().waitFor();
   await shoot('workers');
   await go('schedules');
-  await page.waitForTimeout(300);
+  await page.getByText('No schedule').waitFor();
+  const put = await fetch(`${address}/api/v1/schedules/nightly`, {
+    method: 'PUT',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({ cron: '30 2 * * MON', zone: 'Europe/Amsterdam', job: { source: later, city: 'delft' } }),
+  });
+  check(put.ok, `a schedule is taken: ${put.status}`);
+  await page.reload();
+  await page.getByRole('rowheader', { name: 'nightly' }).waitFor();
+  await page.getByRole('button', { name: 'History' }).click();
+  await page.getByText('It has not run yet').waitFor();
   await shoot('schedules');
 
   step('keyboard');

@@ -1,57 +1,98 @@
-import { ApiError } from '../api';
+import { useState } from 'preact/hooks';
+import { ApiError, get, send } from '../api';
+import { useCaller } from '../caller';
 import { ago, moment } from '../format';
 import { link } from '../router';
-import { Empty, Failure, Loading, useGet, useNow } from '../ui';
+import { Action, Empty, Failure, Loading, useGet, useNow } from '../ui';
 
-/// A schedule as the service tells it; what it does not tell is left blank.
 interface Schedule {
-  name?: string;
-  id?: string;
-  city?: string;
-  every?: string;
-  cron?: string;
-  enabled?: boolean;
-  paused?: boolean;
-  next?: string;
-  last?: string;
+  name: string;
+  owner: string;
+  cron: string;
+  zone: string;
+  enabled: boolean;
+  job: { source: string; city: string };
+  /// The next times, soonest first.
+  next: string[];
+  runs: number;
   last_job?: string;
+}
+
+interface Run {
+  number: number;
+  due: string;
+  at: string;
+  outcome: string;
   job?: string;
 }
 
 export function Schedules() {
-  const { value, error, again } = useGet<Schedule[] | { schedules: Schedule[] }>('/schedules');
-  const now = useNow(10_000);
-  const list = Array.isArray(value) ? value : value?.schedules;
+  const { value, error, again } = useGet<Schedule[]>('/schedules?limit=1000');
+  const [chosen, choose] = useState<string | null>(null);
+  const { maySteer } = useCaller();
   const absent = error instanceof ApiError && error.status === 404;
   return (
     <>
       <h1>Schedules</h1>
-      {absent && <Empty title="This service has no schedules">Refresh a city by submitting a job of its name, by hand or from cron.</Empty>}
+      {absent && <Empty title="This service has no schedules">Refresh a city by submitting a job of its name.</Empty>}
       {error && !absent && <Failure error={error} retry={again} />}
       {!value && !error && <Loading what="the schedules" />}
-      {list?.length === 0 && <Empty title="No schedule">The API takes them: see <a href="docs">/docs</a>.</Empty>}
-      {!!list?.length && (
-        <div class="scroll">
+      {value?.length === 0 && <Empty title="No schedule">A schedule refreshes a city by itself: <a href="docs">the API</a> takes them.</Empty>}
+      {!!value?.length && (
+        <div class="card scroll">
           <table>
-            <thead><tr>{['Name', 'City', 'When', 'Next run', 'Last run'].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
+            <thead><tr>{['Name', 'City', 'When', 'Next run', 'Runs', 'Last job', ''].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
             <tbody>
-              {list.map((s) => {
-                const job = s.last_job ?? s.job;
-                const off = s.enabled === false || s.paused === true;
-                return (
-                  <tr key={s.id ?? s.name}>
-                    <th scope="row">{s.name ?? s.id}</th>
-                    <td>{s.city && <a href={link(['cities', s.city])}>{s.city}</a>}</td>
-                    <td><code>{s.cron ?? s.every}</code></td>
-                    <td>{off ? <span class="dim">off</span> : s.next && moment(s.next)}</td>
-                    <td>{job ? <a href={link(['jobs', job])}>{s.last ? ago(s.last, now) : job}</a> : s.last && ago(s.last, now)}</td>
-                  </tr>
-                );
-              })}
+              {value.map((s) => (
+                <tr key={s.name} aria-current={s.name === chosen ? 'true' : undefined}>
+                  <th scope="row">{s.name}</th>
+                  <td><a href={link(['cities', s.job.city])}>{s.job.city}</a></td>
+                  <td><code>{s.cron}</code> <small>{s.zone}</small></td>
+                  <td>{!s.enabled ? <span class="dim">off</span> : s.next[0] ? <time dateTime={s.next[0]} title={s.next.map(moment).join('\n')}>{moment(s.next[0])}</time> : 'never'}</td>
+                  <td class="number">{s.runs}</td>
+                  <td>{s.last_job ? <a href={link(['jobs', s.last_job])}>open</a> : <span class="dim">none yet</span>}</td>
+                  <td class="actions">
+                    <button aria-expanded={s.name === chosen} onClick={() => choose(s.name === chosen ? null : s.name)}>History</button>
+                    {maySteer(s.owner) && <Action label="Run now" run={() => send('POST', `/schedules/${encodeURIComponent(s.name)}/run`).then(again)} />}
+                  </td>
+                </tr>
+              ))}
             </tbody>
           </table>
         </div>
       )}
+      {chosen && <History key={chosen} name={chosen} />}
     </>
+  );
+}
+
+function History({ name }: { name: string }) {
+  const { value, error, again } = useGet<Run[]>(`/schedules/${encodeURIComponent(name)}/runs?limit=100`, get);
+  const now = useNow(10_000);
+  return (
+    <section class="card" aria-labelledby="history-title">
+      <h2 id="history-title">Runs of {name}</h2>
+      {error && <Failure error={error} retry={again} />}
+      {!value && !error && <Loading what="the runs" />}
+      {value?.length === 0 && <p class="dim">It has not run yet.</p>}
+      {!!value?.length && (
+        <div class="scroll">
+          <table>
+            <thead><tr>{['Number', 'Due', 'Looked at', 'Outcome', 'Job'].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
+            <tbody>
+              {value.map((run) => (
+                <tr key={run.number}>
+                  <th scope="row">{run.number}</th>
+                  <td>{moment(run.due)}</td>
+                  <td>{ago(run.at, now)}</td>
+                  <td>{run.outcome}</td>
+                  <td>{run.job && <a href={link(['jobs', run.job])}>open</a>}</td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+    </section>
   );
 }
