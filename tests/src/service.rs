@@ -295,8 +295,7 @@ impl Service {
     /// # Panics
     /// If it is refused.
     #[must_use]
-    pub fn submit(&self, source: impl AsRef<Path>, city: &str, parameters: &Value) -> String {
-        let source = source.as_ref();
+    pub fn submit(&self, source: &Path, city: &str, parameters: &Value) -> String {
         let body = serde_json::json!({ "source": source, "city": city, "parameters": parameters });
         self.post("/jobs", &body)["id"].as_str().expect("an id").to_owned()
     }

@@ -37,7 +37,8 @@ fn house(truth: &Path) -> (Vec<Polygon>, f64) {
     let shift = dvec2(city.origin[0] - ORIGIN[0], city.origin[1] - ORIGIN[1]);
     let mut all = footprints(&city);
     all.values_mut().flatten().for_each(|p| p.outer.iter_mut().for_each(|v| *v += shift));
-    let large = all.iter().filter(|(_, f)| f.iter().map(Polygon::area).sum::<f64>() > 80.0);
+    // So large that it is no close call whether it is a building: this is not about labelling.
+    let large = all.iter().filter(|(_, f)| f.iter().map(Polygon::area).sum::<f64>() > 180.0);
     let neighbours = |f: &[Polygon]| all.values().filter(|other| meet(&bounds_of(f), &bounds_of(other), 1.0)).count();
     let (id, footprint) = large.min_by_key(|(_, f)| neighbours(f)).expect("a house");
     let building = city.buildings.iter().find(|b| &b.id == id).expect("it is there");

@@ -4,7 +4,7 @@
 use gable_tests::{Database, Files, Service, files_of, run_gable, same_models, town};
 use serde_json::json;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(120);
@@ -41,14 +41,14 @@ fn an_upload_and_objects_are_sources() {
     let upload = service.send("/uploads?name=my-city.zip", &zip.finish().unwrap().into_inner());
     assert_eq!(upload["files"].as_u64(), Some(files.len() as u64), "{upload}");
     assert_eq!(upload["bytes"].as_u64(), Some(files.values().map(|f| f.len() as u64).sum()));
-    let uploaded = service.submit(upload["source"].as_str().unwrap(), "mesh", &wanted);
-    let stored = service.submit(&place, "stored", &wanted);
+    let uploaded = service.submit(Path::new(upload["source"].as_str().unwrap()), "mesh", &wanted);
+    let stored = service.submit(Path::new(&place), "stored", &wanted);
     let expected = expected();
     for job in [uploaded, stored] {
         service.expect(&job, "successful", LIMIT);
         same_models(&service.files(&job), &expected);
     }
-    let missing = service.submit(format!("{place}/nothing"), "missing", &wanted);
+    let missing = service.submit(Path::new(&format!("{place}/nothing")), "missing", &wanted);
     service.expect(&missing, "failed", LIMIT);
     let reason = service.get(&format!("/jobs/{missing}"))["reason"].clone();
     assert!(reason.as_str().unwrap().contains("nothing is there"), "{reason}");
