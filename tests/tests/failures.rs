@@ -94,7 +94,7 @@ fn killed_workers_change_nothing(database: Database) {
     let Some(mut service) = Service::new("killed_workers", database, &mesh(), LEASE) else { return };
     let _coordinator = service.serve(&[]);
     let mut workers: Vec<Process> = (0..4).map(|_| service.work(&[])).collect();
-    let job = service.submit(mesh(), "delft", &parameters(16));
+    let job = service.submit(&mesh(), "delft", &parameters(16));
     // Three deaths in one unit would be taken for its own fault; the split is the longest.
     service.wait_for_stage(&job, &["sample"], LIMIT);
     let mut random = 0x2018_u64;
@@ -144,7 +144,7 @@ fn a_frozen_worker_comes_too_late(database: Database) {
     let frozen = service.work(&[]);
     // Few large blocks, so that a unit takes long.
     let wanted = json!({ "sampling.step": 0.05, "grid.columns": 2, "grid.rows": 1, "output.report": false, "output.formats": "cityjson" });
-    let job = service.submit(mesh(), "delft", &wanted);
+    let job = service.submit(&mesh(), "delft", &wanted);
     service.wait_for_stage(&job, &["sample"], LIMIT);
     std::thread::sleep(Duration::from_millis(150));
     signal(frozen.id(), "STOP");
@@ -196,7 +196,7 @@ fn a_block_that_dies_costs_itself(database: Database) {
     let wrapper = poison(folder.path());
     let more = ["--all", "--slots", "2", "--task-memory", "300", "--task-wrapper", wrapper.to_str().unwrap()];
     let mut process = service.serve(&more);
-    let job = service.submit(mesh(), "delft", &parameters(6));
+    let job = service.submit(&mesh(), "delft", &parameters(6));
     service.expect(&job, "partial", LIMIT);
     let failed: Vec<_> = service.units(&job).into_iter().filter(|u| u[2] == "failed").collect();
     let names: Vec<_> = failed.iter().map(|u| (u[0].as_str(), u[1].as_str())).collect();
@@ -234,7 +234,7 @@ fn a_killed_coordinator_changes_nothing(database: Database) {
     let Some(mut service) = Service::new("a_killed_coordinator", database, &mesh(), 1.0) else { return };
     let alone = ["--all", "--slots", "2"];
     let mut process = service.serve(&alone);
-    let job = service.submit(mesh(), "delft", &parameters(6));
+    let job = service.submit(&mesh(), "delft", &parameters(6));
     let kill_in = |stages: &[&str], service: &mut Service, process: &mut Process| {
         service.wait_for_stage(&job, stages, LIMIT);
         process.kill();

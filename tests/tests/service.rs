@@ -35,7 +35,7 @@ fn bad_input_is_told_at_once() {
     std::fs::write(folder.path().join("mesh.obj"), "v 1 2 3\nf 1 2 3\n").unwrap();
     let mut service = Service::new("bad_input_is_told_at_once", Database::Sqlite, folder.path(), 5.0).unwrap();
     let _process = service.serve(&["--all", "--slots", "1"]);
-    let job = service.submit(folder.path().join("mesh.obj"), "delft", &json!({}));
+    let job = service.submit(&folder.path().join("mesh.obj"), "delft", &json!({}));
     assert_eq!(service.wait(&job, LIMIT), "failed");
     let shown = service.get(&format!("/jobs/{job}"));
     let reason = shown["reason"].as_str().unwrap();
