@@ -165,6 +165,30 @@ impl Service {
         self.objects.as_ref().expect("the artefacts are on S3")
     }
 
+    /// Address of its database.
+    #[must_use]
+    pub fn database(&self) -> &str {
+        &self.database
+    }
+
+    /// Makes a token.
+    ///
+    /// # Panics
+    /// If it cannot be made.
+    #[must_use]
+    pub fn make_token(&self, name: &str, more: &[&str]) -> String {
+        let arguments = [&["token", "create", name, "--database", &self.database], more].concat();
+        run_gable(&arguments).success().stdout.trim().to_owned()
+    }
+
+    /// Takes a token away.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn revoke(&self, name: &str) {
+        let _ = run_gable(&["token", "revoke", name, "--database", &self.database]).success();
+    }
+
     fn arguments(&self, command: &str, data: &str, more: &[&str]) -> Vec<String> {
         let data = self.folder.path().join(data).display().to_string();
         let root = self.root.display().to_string();

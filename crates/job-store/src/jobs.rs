@@ -5,8 +5,8 @@ use crate::events::About;
 use crate::names::named;
 use crate::{EventKind, JobStoreError, NewTask, Store, TaskState};
 use serde::Serialize;
-use sqlx::Row;
 use sqlx::any::AnyRow;
+use sqlx::{AssertSqlSafe, Row};
 
 named! {
     /// State of a job.
@@ -116,14 +116,22 @@ impl Job {
 /// Which jobs to list.
 #[derive(Clone, Debug, Default)]
 pub struct JobFilter {
-    /// Only in this state.
-    pub state: Option<JobState>,
+    /// Only in one of these states; none for any.
+    pub states: Vec<JobState>,
     /// Only of this city.
     pub city: Option<String>,
     /// Only of this owner.
     pub owner: Option<String>,
     /// Only those created before the job with this id: the last id of a page gives the next page.
     pub before: Option<String>,
+    /// Only those created at this time or later, milliseconds since 1970.
+    pub created_from: Option<i64>,
+    /// Only those created at this time or earlier, milliseconds since 1970.
+    pub created_to: Option<i64>,
+    /// Only those that took, or have taken so far, at least this long, milliseconds.
+    pub min_duration: Option<i64>,
+    /// Only those that took, or have taken so far, at most this long, milliseconds.
+    pub max_duration: Option<i64>,
 }
 
 impl Store {
@@ -191,17 +199,55 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn jobs(&self, filter: &JobFilter, limit: i64) -> Result<Vec<Job>, JobStoreError> {
-        let statement = "SELECT {job} FROM job WHERE ($1 IS NULL OR state = $1) AND ($2 IS NULL OR city = $2) \
-                         AND ($3 IS NULL OR owner = $3) AND ($4 IS NULL OR id < $4) ORDER BY id DESC LIMIT $5";
-        let rows = sqlx::query(self.sql(statement))
-            .bind(filter.state.map(JobState::name))
-            .bind(&filter.city)
-            .bind(&filter.owner)
-            .bind(&filter.before)
-            .bind(limit)
-            .fetch_all(&self.pool)
+        // Only what is asked for stands in the statement: a condition on NULL would keep the database from its indices.
+        let (mut texts, mut numbers, mut conditions) = (Vec::new(), Vec::new(), Vec::new());
+        let states: Vec<&str> = filter.states.iter().map(|s| s.name()).collect();
+        if !states.is_empty() {
+            // Names of this crate.
+            conditions.push(format!("state IN ('{}')", states.join("', '")));
+        }
+        for (condition, value) in [("city =", &filter.city), ("owner =", &filter.owner), ("id <", &filter.before)] {
+            if let Some(value) = value {
+                texts.push(value);
+                conditions.push(format!("{condition} ${}", 1 + texts.len()));
+            }
+        }
+        let duration = format!("COALESCE(finished, {}) - started", self.now());
+        for (condition, value) in [
+            ("created >=".to_owned(), filter.created_from),
+            ("created <=".to_owned(), filter.created_to),
+            (format!("{duration} >="), filter.min_duration),
+            (format!("{duration} <="), filter.max_duration),
+        ] {
+            if let Some(value) = value {
+                numbers.push(value);
+                conditions.push(format!("{condition} ${}", 1 + texts.len() + numbers.len()));
+            }
+        }
+        let conditions =
+            if conditions.is_empty() { String::new() } else { format!("WHERE {}", conditions.join(" AND ")) };
+        let statement = format!("SELECT {} FROM job {conditions} ORDER BY id DESC LIMIT $1", Job::COLUMNS);
+        let mut query = sqlx::query(AssertSqlSafe(statement)).bind(limit);
+        for text in texts {
+            query = query.bind(text);
+        }
+        for number in numbers {
+            query = query.bind(number);
+        }
+        query.fetch_all(&self.pool).await?.iter().map(Job::read).collect()
+    }
+
+    /// Whether a job was submitted by this owner under this idempotency key.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn knows_key(&self, owner: &str, key: &str) -> Result<bool, JobStoreError> {
+        let row = sqlx::query("SELECT id FROM job WHERE owner = $1 AND idempotency_key = $2")
+            .bind(owner)
+            .bind(key)
+            .fetch_optional(&self.pool)
             .await?;
-        rows.iter().map(Job::read).collect()
+        Ok(row.is_some())
     }
 
     /// How many jobs of an owner are not over.

@@ -1,7 +1,9 @@
 //! The command line: arguments, help and examples.
 
+mod remote;
 mod token;
 
+pub(crate) use remote::{CancelArgs, DownloadArgs, RemoteArgs, RetryArgs, StatusArgs, SubmitArgs};
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
 
 use clap::builder::styling::{AnsiColor, Styles};
@@ -70,6 +72,16 @@ pub(crate) enum Command {
     Work(WorkArgs),
     /// Make, list and revoke the tokens that open the service
     Token(TokenArgs),
+    /// Submit a job to a service
+    Submit(SubmitArgs),
+    /// Show a job of a service, or list jobs
+    Status(StatusArgs),
+    /// Cancel a job of a service
+    Cancel(CancelArgs),
+    /// Do what failed of a job again
+    Retry(RetryArgs),
+    /// Fetch the files of a job or of a city from a service
+    Download(DownloadArgs),
     /// Do one task, as a worker asks on standard input
     #[command(hide = true)]
     Task(TaskArgs),
@@ -96,6 +108,11 @@ impl Command {
             Self::Train(args) => args.json,
             Self::Params(args) => args.json,
             Self::Token(args) => args.json,
+            Self::Submit(args) => args.json,
+            Self::Status(args) => args.json,
+            Self::Cancel(args) => args.json,
+            Self::Retry(args) => args.json,
+            Self::Download(args) => args.json,
             Self::Serve(_) | Self::Work(_) | Self::Task(_) => false,
         }
     }
@@ -450,10 +467,10 @@ pub(crate) enum LogFormat {
 #[command(next_help_heading = "Where things are kept")]
 pub(crate) struct DatabaseArgs {
     /// Folder for what is kept on this machine
-    #[arg(long, value_name = "DIR", default_value = "gable-data")]
+    #[arg(long, value_name = "DIR", default_value = "gable-data", global = true)]
     pub(crate) data: PathBuf,
     /// Database of jobs: sqlite:FILE or postgres://USER:PASSWORD@HOST/NAME; by default SQLite in DIR
-    #[arg(long, value_name = "ADDRESS", env = "GABLE_DATABASE", hide_env_values = true)]
+    #[arg(long, value_name = "ADDRESS", env = "GABLE_DATABASE", hide_env_values = true, global = true)]
     pub(crate) database: Option<String>,
 }
 

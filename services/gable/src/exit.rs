@@ -2,6 +2,7 @@
 //!
 //! 0 success, 1 failure, 2 wrong usage or bad input, 3 partial result (some blocks failed), 130 interrupted.
 
+use crate::remote::RemoteError;
 use crate::terminal;
 use gable_pipeline::{ErrorKind, ParamError, PipelineError};
 use gable_scene::SceneError;
@@ -29,6 +30,7 @@ fn number(error: &anyhow::Error) -> u8 {
         || error.is::<gable_city_model::Error>()
         || error.is::<SceneError>()
         || error.is::<gable_segmentation::Error>()
+        || matches!(error.downcast_ref(), Some(RemoteError::Refused(_)))
         || matches!(error.downcast_ref(), Some(SynthError::Parameter { .. } | SynthError::EmptyTruth));
     match error.downcast_ref::<PipelineError>().map(PipelineError::kind) {
         Some(ErrorKind::Input) => 2,

@@ -5,6 +5,7 @@ mod commands;
 mod exit;
 mod interrupt;
 mod progress;
+mod remote;
 mod service;
 mod table;
 mod terminal;

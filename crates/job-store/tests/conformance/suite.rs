@@ -384,7 +384,7 @@ pub(crate) async fn lists_are_paged(store: &Store) {
     let odd = JobFilter { city: Some("odd".to_owned()), ..JobFilter::default() };
     assert_eq!(store.jobs(&odd, 100).await.expect("jobs").len(), 3);
     claim(store, "w").await;
-    let running = JobFilter { state: Some(JobState::Running), ..JobFilter::default() };
+    let running = JobFilter { states: vec![JobState::Running], ..JobFilter::default() };
     assert_eq!(names(store.jobs(&running, 100).await.expect("jobs")), ids[6..]);
     let bob = JobFilter { owner: Some("bob".to_owned()), ..JobFilter::default() };
     assert!(store.jobs(&bob, 100).await.expect("jobs").is_empty());

@@ -35,7 +35,7 @@ pub(crate) enum Form {
 #[into_params(parameter_in = Query)]
 pub(crate) struct BuildingsQuery {
     /// Only those whose boxes meet this one: west,south,east,north in the city's reference system, metres.
-    #[param(example = "84900,446000,85100,446200")]
+    #[param(example = "84900,446000,85100,446200", pattern = r"^\s*-?[0-9.]+(,\s*-?[0-9.]+){3}\s*$")]
     bbox: Option<String>,
     /// Only of this best LOD.
     #[param(example = "lod2")]

@@ -62,8 +62,8 @@ pub(crate) async fn list(
         ("path" = String, Path, description = "Path within the result, as the list of files has it"),
     ),
     responses(
-        (status = 200, description = "Its content", content_type = "application/octet-stream"),
-        (status = 206, description = "A part of it", content_type = "application/octet-stream"),
+        (status = 200, description = "Its content", content_type = "*/*"),
+        (status = 206, description = "A part of it", content_type = "*/*"),
         (status = 304, description = "Nothing new"),
         Refused<404>,
         Refused<416>,

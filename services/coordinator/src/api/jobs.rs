@@ -225,13 +225,32 @@ pub(crate) async fn submit(
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
     let Json(request) = body?;
-    check(&request, &service).await?;
+    let (job, new) = take_in(&service, caller, &headers, request).await?;
+    let status = if new { StatusCode::CREATED } else { StatusCode::OK };
+    let place = format!("/api/v1/jobs/{}", job.id);
+    Ok((status, [(header::LOCATION, place)], Json(JobView::of(job))).into_response())
+}
+
+/// Takes a job in, if its caller may have another; gives it, and whether it is new.
+pub(crate) async fn take_in(
+    service: &Coordinator,
+    caller: Caller,
+    headers: &HeaderMap,
+    request: JobRequest,
+) -> Result<(Job, bool), Problem> {
+    check(&request, service).await?;
     let key = headers.get("idempotency-key").map(|v| v.to_str().map(str::to_owned)).transpose();
     let key = key.map_err(|_| Problem::invalid("the idempotency key is not ASCII"))?;
     if key.as_ref().is_some_and(|k| k.is_empty() || k.len() > LONGEST) {
         return Err(Problem::invalid(format!("the idempotency key has to have 1 to {LONGEST} bytes")));
     }
+    // A repeated submission makes no further job.
+    let known = match &key {
+        Some(key) => service.store.knows_key(&caller.name, key).await?,
+        None => false,
+    };
     if let Some(most) = caller.max_jobs
+        && !known
         && service.store.jobs_under_way(&caller.name).await? >= most
     {
         let detail = format!("{} may have {most} jobs under way: wait for one, or cancel one", caller.name);
@@ -248,10 +267,7 @@ pub(crate) async fn submit(
         tasks: vec![first],
     };
     let submitted = service.store.submit(&new).await?;
-    let job = service.store.job(&submitted.id).await?;
-    let status = if submitted.new { StatusCode::CREATED } else { StatusCode::OK };
-    let place = format!("/api/v1/jobs/{}", submitted.id);
-    Ok((status, [(header::LOCATION, place)], Json(JobView::of(job))).into_response())
+    Ok((service.store.job(&submitted.id).await?, submitted.new))
 }
 
 /// The task that a job with this request begins with.
@@ -307,7 +323,13 @@ pub(crate) async fn list(
 ) -> Result<Json<JobPage>, Problem> {
     let Query(query) = query?;
     let limit = limit(query.limit, service.limits.page)?;
-    let filter = JobFilter { state: query.state, city: query.city, owner: query.owner, before: query.before };
+    let filter = JobFilter {
+        states: query.state.into_iter().collect(),
+        city: query.city,
+        owner: query.owner,
+        before: query.before,
+        ..JobFilter::default()
+    };
     // One more than asked for, to know whether there is a next page.
     let mut jobs = service.store.jobs(&filter, limit + 1).await?;
     let next = cut(&mut jobs, limit, |j| j.id.clone());

@@ -9,7 +9,7 @@ mod dashboard;
 mod events;
 mod files;
 mod health;
-mod jobs;
+pub(crate) mod jobs;
 mod metrics;
 mod parameters;
 mod schedules;
@@ -68,6 +68,7 @@ pub fn router(service: Coordinator) -> Router {
     let (uploads, of_uploads) = upload_routes().split_for_parts();
     document.merge(of_uploads);
     bounded
+        .merge(crate::ogc::router())
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, limits.time))
         // A stream of events is as long as its job, so it has no time limit.
         .merge(events::stream_router())
@@ -111,6 +112,9 @@ fn upload_routes() -> OpenApiRouter<Coordinator> {
 
 /// Adds to the description of each operation what any may answer.
 fn with_refusals(mut router: OpenApiRouter<Coordinator>) -> OpenApiRouter<Coordinator> {
+    // OpenAPI has no sign for a path of several parts.
+    let paths = &mut router.get_openapi_mut().paths.paths;
+    *paths = std::mem::take(paths).into_iter().map(|(path, item)| (path.replace("{*", "{"), item)).collect();
     for operation in operations(router.get_openapi_mut()) {
         for (status, response) in refused_anyway() {
             operation.responses.responses.entry(status).or_insert(response);

@@ -6,6 +6,8 @@ use serde_json::{Value, json};
 use std::time::Duration;
 
 mod cities;
+mod ogc;
+mod security;
 
 /// A service with an empty database, and the worker's side of it.
 struct Service {
@@ -335,7 +337,14 @@ async fn the_service_describes_itself() {
     let told = service.get("/api/v1/openapi.json").await.json();
     assert_eq!(told, serde_json::to_value(document()).expect("a document"));
     assert_eq!(told["openapi"], "3.1.0");
-    for path in ["/api/v1/jobs", "/api/v1/jobs/{id}", "/api/v1/jobs/{id}/retry", "/api/v1/parameters", "/readyz"] {
+    for path in [
+        "/api/v1/jobs",
+        "/api/v1/jobs/{id}",
+        "/api/v1/jobs/{id}/retry",
+        "/api/v1/parameters",
+        "/readyz",
+        "/api/v1/cities/{city}/files/{path}",
+    ] {
         assert!(told["paths"][path].is_object(), "{path}");
     }
     assert_eq!(service.get("/docs/").await.status, 200);

@@ -2,7 +2,9 @@
 
 mod bench;
 mod demo;
+mod download;
 mod eval;
+mod jobs;
 mod params;
 mod run;
 mod serve;
@@ -31,6 +33,11 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Serve(args) => serve::run(args),
         Command::Work(args) => work::run(args),
         Command::Token(args) => token::run(args),
+        Command::Submit(args) => jobs::submit(args),
+        Command::Status(args) => jobs::status(args),
+        Command::Cancel(args) => jobs::cancel(args),
+        Command::Retry(args) => jobs::retry(args),
+        Command::Download(args) => download::run(args, cli.global.quiet),
         Command::Task(args) => task::run(args),
     }
 }

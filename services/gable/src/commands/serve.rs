@@ -4,7 +4,7 @@ use crate::cli::ServeArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
-use gable_coordinator::{Coordinator, Feed, Limits};
+use gable_coordinator::{Coordinator, Feed, Limits, Patience};
 
 /// Serves until it is stopped.
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -50,7 +50,8 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         let stopped = async move {
             let _ = stop.wait_for(|&s| s).await;
         };
-        axum::serve(listener, gable_coordinator::router(coordinator)).with_graceful_shutdown(stopped).await
+        let app = gable_coordinator::router(coordinator);
+        gable_coordinator::serve(listener, app, Patience::default(), stopped).await;
     };
     let hours = |name, value: f64| service::seconds(name, value * 3600.0);
     let collecting = service::collect(
@@ -59,6 +60,6 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         hours("keep-age", args.keep_age)?,
         collect_stop,
     );
-    let (working, serving, (), (), delivering) = tokio::join!(working, serving, collecting, ticking, delivering);
-    working.and(serving.context("serving")).and(delivering.context("sending to webhooks"))
+    let (working, (), (), (), delivering) = tokio::join!(working, serving, collecting, ticking, delivering);
+    working.and(delivering.context("sending to webhooks"))
 }

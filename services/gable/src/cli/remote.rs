@@ -1,0 +1,169 @@
+//! Arguments of the commands that ask a service on another machine.
+
+use clap::Args;
+use std::path::PathBuf;
+
+/// Which service.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Which service")]
+pub(crate) struct RemoteArgs {
+    /// Address of the service
+    #[arg(long, value_name = "URL", env = "GABLE_URL", default_value = "http://127.0.0.1:8080")]
+    pub(crate) url: String,
+    /// Token for it; gable token create makes one
+    #[arg(long, value_name = "TOKEN", env = "GABLE_TOKEN", hide_env_values = true)]
+    pub(crate) token: Option<String>,
+}
+
+const SUBMIT_HELP: &str = "\
+Examples:
+  gable submit mesh.obj --city delft
+  gable submit delft/Production_1 --city delft --preset fast --set sampling.step=0.3 --watch
+  GABLE_URL=http://gable.example:8080 GABLE_TOKEN=gable_… gable submit mesh.obj --city delft --json
+
+SOURCE is a path under a source root of the service (gable serve --source-root). Prints the id of the job.
+With --watch the exit code is that of the job: 0 successful, 1 failed or cancelled, 3 partial.";
+
+/// Arguments of `gable submit`.
+#[derive(Args, Debug)]
+#[command(after_help = SUBMIT_HELP)]
+pub(crate) struct SubmitArgs {
+    /// The mesh, as the service sees it
+    pub(crate) source: String,
+    /// Name of the city that it shows; a later job of the same city refreshes it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) city: String,
+    /// A named set of values
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Set any parameter; may be given many times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// Jobs of higher priority get workers first, -100 to 100
+    #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true)]
+    pub(crate) priority: i64,
+    /// The same key again gives the same job; by default a new one
+    #[arg(long, value_name = "KEY")]
+    pub(crate) key: Option<String>,
+    /// Wait until the job is over, and tell how far it is
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// Print the job as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) remote: RemoteArgs,
+}
+
+const STATUS_HELP: &str = "\
+Examples:
+  gable status                                  the last jobs
+  gable status --state running --city delft
+  gable status 0199a3c4-…                       one job, stage by stage
+  gable status 0199a3c4-… --watch               until it is over
+  gable status 0199a3c4-… --json | jq .state
+
+With --watch the exit code is that of the job: 0 successful, 1 failed or cancelled, 3 partial.";
+
+/// Arguments of `gable status`.
+#[derive(Args, Debug)]
+#[command(after_help = STATUS_HELP)]
+pub(crate) struct StatusArgs {
+    /// Id of a job; without, the last jobs are listed
+    pub(crate) job: Option<String>,
+    /// Wait until the job is over, and tell how far it is
+    #[arg(long, requires = "job")]
+    pub(crate) watch: bool,
+    /// Only jobs in this state
+    #[arg(long, value_name = "STATE", conflicts_with = "job")]
+    pub(crate) state: Option<String>,
+    /// Only jobs of this city
+    #[arg(long, value_name = "NAME", conflicts_with = "job")]
+    pub(crate) city: Option<String>,
+    /// Most jobs in the list
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub(crate) limit: u32,
+    /// Print the job, or the list, as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) remote: RemoteArgs,
+}
+
+const CANCEL_HELP: &str = "\
+Examples:
+  gable cancel 0199a3c4-…
+
+Tasks under way are stopped at their next heartbeat. Results of a job that was cancelled do not reach its city.";
+
+/// Arguments of `gable cancel`.
+#[derive(Args, Debug)]
+#[command(after_help = CANCEL_HELP)]
+pub(crate) struct CancelArgs {
+    /// Id of the job
+    pub(crate) job: String,
+    /// Print the job as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) remote: RemoteArgs,
+}
+
+const RETRY_HELP: &str = "\
+Examples:
+  gable retry 0199a3c4-…
+  gable retry 0199a3c4-… --watch
+
+Does again what failed of a partial or failed job, and what depends on it.";
+
+/// Arguments of `gable retry`.
+#[derive(Args, Debug)]
+#[command(after_help = RETRY_HELP)]
+pub(crate) struct RetryArgs {
+    /// Id of the job
+    pub(crate) job: String,
+    /// Wait until the job is over, and tell how far it is
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// Print the job as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) remote: RemoteArgs,
+}
+
+const DOWNLOAD_HELP: &str = "\
+Examples:
+  gable download --job 0199a3c4-… --out result
+  gable download --city delft --out delft --prefix tiles/
+  gable download --city delft --generation 3 --out delft-3
+
+Files that are there already with the same content are not fetched again, so an interrupted download goes on where it
+was. Each file is checked against its hash.";
+
+/// Arguments of `gable download`.
+#[derive(Args, Debug)]
+#[command(after_help = DOWNLOAD_HELP)]
+#[command(group(clap::ArgGroup::new("what").required(true).args(["job", "city"])))]
+pub(crate) struct DownloadArgs {
+    /// Id of the job whose result is wanted
+    #[arg(long, value_name = "ID")]
+    pub(crate) job: Option<String>,
+    /// Name of the city whose files are wanted
+    #[arg(long, value_name = "NAME")]
+    pub(crate) city: Option<String>,
+    /// Generation of the city; by default the current one
+    #[arg(long, value_name = "N", requires = "city")]
+    pub(crate) generation: Option<i64>,
+    /// Folder for the files; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Only files whose paths begin with this
+    #[arg(long, value_name = "PREFIX", default_value = "")]
+    pub(crate) prefix: String,
+    /// Print what was fetched as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) remote: RemoteArgs,
+}

@@ -1,0 +1,206 @@
+//! `gable submit`, `status`, `cancel`, `retry`: jobs of a service on another machine.
+
+use crate::cli::{CancelArgs, RetryArgs, StatusArgs, SubmitArgs};
+use crate::exit::{Outcome, UsageError};
+use crate::remote::{Remote, RemoteError};
+use crate::{table, terminal};
+use gable_coordinator::escaped;
+use serde_json::{Map, Value, json};
+use std::time::{Duration, Instant};
+
+/// How often a job that is watched is asked for.
+const PACE: Duration = Duration::from_secs(1);
+
+/// How long a service that does not answer is waited for while a job is watched.
+const OUTAGE: Duration = Duration::from_secs(300);
+
+/// A job that was watched to its end, and did not end well.
+#[derive(Debug, thiserror::Error)]
+#[error("job {job} {state}{}", reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default())]
+struct EndedBadly {
+    job: String,
+    state: String,
+    reason: Option<String>,
+}
+
+/// Submits a job.
+pub(crate) fn submit(args: &SubmitArgs) -> anyhow::Result<Outcome> {
+    let mut parameters = Map::new();
+    for setting in &args.settings {
+        let Some((name, value)) = setting.split_once('=') else {
+            return Err(UsageError(format!("--set {setting:?} has no value: write --set NAME=VALUE")).into());
+        };
+        parameters.insert(name.to_owned(), value.into());
+    }
+    let mut body =
+        json!({ "source": args.source, "city": args.city, "priority": args.priority, "parameters": parameters });
+    if let Some(preset) = &args.preset {
+        body["preset"] = preset.as_str().into();
+    }
+    let remote = Remote::new(&args.remote)?;
+    // With a key, a request whose answer was lost can be sent again.
+    let key = args.key.clone().unwrap_or_else(|| uuid::Uuid::now_v7().to_string());
+    let job = remote.post("/jobs", &[("idempotency-key", &key)], Some(&body))?;
+    end(&remote, job, args.watch, args.json)
+}
+
+/// Shows a job, or lists jobs.
+pub(crate) fn status(args: &StatusArgs) -> anyhow::Result<Outcome> {
+    let remote = Remote::new(&args.remote)?;
+    if let Some(id) = &args.job {
+        let job = remote.get(&format!("/jobs/{}", escaped(id)))?;
+        if args.watch {
+            return end(&remote, job, true, args.json);
+        }
+        if args.json {
+            terminal::json(&job);
+        } else {
+            terminal::stdout(&shown(&job));
+        }
+        return Ok(Outcome::Success);
+    }
+    let mut path = format!("/jobs?limit={}", args.limit);
+    for (name, value) in [("state", &args.state), ("city", &args.city)] {
+        if let Some(value) = value {
+            path += &format!("&{name}={}", escaped(value));
+        }
+    }
+    let page = remote.get(&path)?;
+    if args.json {
+        terminal::json(&page["jobs"]);
+        return Ok(Outcome::Success);
+    }
+    let mut rows = vec![["job", "city", "state", "stage", "owner", "created"].map(str::to_owned).to_vec()];
+    for job in page["jobs"].as_array().into_iter().flatten() {
+        rows.push(["id", "city", "state", "stage", "owner", "created"].map(|member| text(&job[member])).to_vec());
+    }
+    terminal::stdout(&table::render(&rows));
+    Ok(Outcome::Success)
+}
+
+/// Cancels a job.
+pub(crate) fn cancel(args: &CancelArgs) -> anyhow::Result<Outcome> {
+    let remote = Remote::new(&args.remote)?;
+    let job = remote.post(&format!("/jobs/{}/cancel", escaped(&args.job)), &[], None)?;
+    tell(&job, args.json, "state");
+    Ok(Outcome::Success)
+}
+
+/// Does what failed of a job again.
+pub(crate) fn retry(args: &RetryArgs) -> anyhow::Result<Outcome> {
+    let remote = Remote::new(&args.remote)?;
+    let job = remote.post(&format!("/jobs/{}/retry", escaped(&args.job)), &[], None)?;
+    end(&remote, job, args.watch, args.json)
+}
+
+/// Tells a job; with `watch`, when it is over.
+fn end(remote: &Remote, job: Value, watch: bool, json: bool) -> anyhow::Result<Outcome> {
+    if !watch {
+        tell(&job, json, "id");
+        return Ok(Outcome::Success);
+    }
+    let job = watched(remote, &text(&job["id"]))?;
+    tell(&job, json, "id");
+    match job["state"].as_str() {
+        Some("successful") => Ok(Outcome::Success),
+        Some("partial") => Ok(Outcome::Partial),
+        _ => {
+            let reason = job["reason"].as_str().map(str::to_owned);
+            Err(EndedBadly { job: text(&job["id"]), state: text(&job["state"]), reason }.into())
+        }
+    }
+}
+
+/// Waits until a job is over, telling what changes.
+fn watched(remote: &Remote, id: &str) -> anyhow::Result<Value> {
+    let path = format!("/jobs/{}", escaped(id));
+    let (mut tag, mut told, mut away) = (String::new(), String::new(), None);
+    loop {
+        match remote.changed(&path, &tag) {
+            Ok(Some((job, new))) => {
+                away = None;
+                tag = new;
+                let line = progress(&job);
+                if line != told {
+                    terminal::stderr_line(&line);
+                    told = line;
+                }
+                if job["finished"].is_string() {
+                    return Ok(job);
+                }
+            }
+            Ok(None) => away = None,
+            // A coordinator may be started anew: its jobs go on.
+            Err(e @ (RemoteError::Unreachable { .. } | RemoteError::Failed { .. })) => {
+                if away.get_or_insert_with(Instant::now).elapsed() > OUTAGE {
+                    return Err(e.into());
+                }
+                tracing::warn!("{e}");
+            }
+            Err(e) => return Err(e.into()),
+        }
+        std::thread::sleep(PACE);
+    }
+}
+
+/// How far a job is, in a line.
+fn progress(job: &Value) -> String {
+    let (state, stage) = (text(&job["state"]), text(&job["stage"]));
+    let under_way = job["progress"].as_array().into_iter().flatten().find(|p| p["stage"] == job["stage"]);
+    let count =
+        |names: &[&str]| -> i64 { names.iter().filter_map(|name| under_way.and_then(|p| p[*name].as_i64())).sum() };
+    let all = count(&["ready", "running", "done", "failed", "cancelled"]);
+    if all == 0 || job["finished"].is_string() {
+        return format!("{state}: {stage}");
+    }
+    let failed = count(&["failed"]);
+    let failed = if failed == 0 { String::new() } else { format!(", {failed} failed") };
+    format!("{state}: {stage} {} of {all}{failed}", count(&["done"]))
+}
+
+/// A job, stage by stage.
+fn shown(job: &Value) -> String {
+    let mut lines = String::new();
+    for member in ["id", "city", "source", "owner", "state", "reason", "created", "started", "finished"] {
+        if job[member].is_string() {
+            lines += &format!("{member:<10}{}\n", text(&job[member]));
+        }
+    }
+    let columns = ["stage", "ready", "running", "done", "failed", "cancelled"];
+    let mut rows = vec![columns.map(str::to_owned).to_vec()];
+    for stage in job["progress"].as_array().into_iter().flatten() {
+        rows.push(columns.map(|member| text(&stage[member])).to_vec());
+    }
+    format!("{lines}\n{}", table::render(&rows))
+}
+
+/// A job as JSON, or one member of it.
+fn tell(job: &Value, json: bool, member: &str) {
+    if json {
+        terminal::json(job);
+    } else {
+        terminal::stdout(&text(&job[member]));
+    }
+}
+
+/// A text as it is, anything else as JSON.
+fn text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Null => String::new(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_is_that_of_the_stage_under_way() {
+        let stage = |name: &str, ready: i64, done: i64, failed: i64| json!({ "stage": name, "ready": ready, "running": 1, "done": done, "failed": failed, "cancelled": 0 });
+        let job = json!({ "state": "running", "stage": "sample", "progress": [stage("split", 0, 1, 0), stage("sample", 3, 4, 2)] });
+        assert_eq!(progress(&job), "running: sample 4 of 10, 2 failed");
+        assert_eq!(progress(&json!({ "state": "accepted", "stage": "split", "progress": [] })), "accepted: split");
+    }
+}
