@@ -57,6 +57,37 @@ fn a_job_is_submitted_watched_and_downloaded() {
     assert_eq!(ask(&service, &token, &["status"]).code, 0, "without tokens, this machine is answered");
 }
 
+#[test]
+fn schedules_are_kept_from_the_command_line() {
+    let mesh = town(2, 0.004).join("mesh");
+    let mut service = Service::new("schedules_by_client", Database::Sqlite, &mesh, 5.0).unwrap();
+    let _process = service.serve(&["--all", "--slots", "1"]);
+    let token = service.make_token("ann", &["--scope", "operator"]);
+    let source = mesh.to_str().unwrap();
+    let create = |cron: &str, more: &[&str]| {
+        let given = ["schedule", "create", "nightly", source, "--city", "delft", "--cron", cron];
+        ask(&service, &token, &[&given[..], more].concat())
+    };
+    let wrong = create("99 * * * *", &[]);
+    assert_eq!((wrong.code, wrong.stderr.contains("the service refuses")), (2, true), "{}", wrong.stderr);
+    // In February only, so that nothing ticks meanwhile.
+    let made =
+        create("30 2 29 2 *", &["--zone", "Europe/Amsterdam", "--set", "sampling.step=0.5", "--json"]).success().json();
+    assert_eq!((&made["missed"], &made["zone"]), (&"skip".into(), &"Europe/Amsterdam".into()), "{made}");
+    assert!(create("30 2 29 2 *", &["--missed", "once"]).success().stdout.contains("ticks next at"));
+
+    let listed = ask(&service, &token, &["schedule", "list"]).success();
+    assert!(listed.stdout.contains("nightly") && listed.stdout.contains("30 2 29 2 *"), "{}", listed.stdout);
+    let run = ask(&service, &token, &["schedule", "run", "nightly", "--json"]).success().json();
+    let job = run["job"].as_str().unwrap();
+    assert_eq!(ask(&service, &token, &["status", job, "--watch"]).code, 0);
+    let shown = ask(&service, &token, &["schedule", "show", "nightly", "--json"]).success().json();
+    assert_eq!((&shown["missed"], &shown["last_runs"][0]["job"]), (&"once".into(), &job.into()), "{shown}");
+    let _ = ask(&service, &token, &["schedule", "delete", "nightly"]).success();
+    let gone = ask(&service, &token, &["schedule", "show", "nightly"]);
+    assert_eq!((gone.code, gone.stderr.contains("there is no schedule")), (2, true), "{}", gone.stderr);
+}
+
 /// The files of a job and those of its city are the same, and are fetched once.
 fn downloads(service: &Service, token: &str, id: &str) {
     let folder = tempfile::tempdir().unwrap();

@@ -190,6 +190,12 @@ exec "$@" < <(printf '%s\n' "$order"; exec cat)
     path
 }
 
+/// The features of CityJSONSeq that are buildings.
+fn building_lines(files: &Files) -> BTreeSet<&[u8]> {
+    let lines = files["city.city.jsonl"].split(|byte| *byte == b'\n');
+    lines.filter(|line| line.windows(10).any(|w| w == b"\"Building\"")).collect()
+}
+
 fn a_block_that_dies_costs_itself(database: Database) {
     let Some(mut service) = Service::new("a_block_that_dies", database, &mesh(), LEASE) else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -218,8 +224,10 @@ fn a_block_that_dies_costs_itself(database: Database) {
     let whole: Value = serde_json::from_slice(&expected(6)["index.json"]).unwrap();
     let (some, all) = (index["buildings"].as_u64().unwrap(), whole["buildings"].as_u64().unwrap());
     assert!(some + 2 >= all && some > 0, "{some} of {all} buildings");
-    let same = expected(6).iter().filter(|(name, bytes)| files.get(*name) == Some(*bytes)).count();
-    assert!(same * 2 > files.len(), "{same} of {} files are those of the whole city", files.len());
+    // In a town of 100 m most buildings stand near a hole, and the ground around it is spanned anew.
+    let (some, all) = (building_lines(&files), building_lines(expected(6)));
+    let same = some.intersection(&all).count();
+    assert!(same * 3 > all.len(), "{same} of {} buildings are those of the whole city", all.len());
 
     // Without the poison, a retry mends it, and samples only the two.
     process.kill();

@@ -1,9 +1,11 @@
 //! The command line: arguments, help and examples.
 
 mod remote;
+mod schedule;
 mod token;
 
 pub(crate) use remote::{CancelArgs, DownloadArgs, RemoteArgs, RetryArgs, StatusArgs, SubmitArgs};
+pub(crate) use schedule::{CreateArgs, ListArgs, NameArgs, ScheduleAction, ScheduleArgs};
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
 
 use clap::builder::styling::{AnsiColor, Styles};
@@ -82,6 +84,8 @@ pub(crate) enum Command {
     Retry(RetryArgs),
     /// Fetch the files of a job or of a city from a service
     Download(DownloadArgs),
+    /// Submit jobs by the clock
+    Schedule(ScheduleArgs),
     /// Do one task, as a worker asks on standard input
     #[command(hide = true)]
     Task(TaskArgs),
@@ -113,6 +117,7 @@ impl Command {
             Self::Cancel(args) => args.json,
             Self::Retry(args) => args.json,
             Self::Download(args) => args.json,
+            Self::Schedule(args) => args.json(),
             Self::Serve(_) | Self::Work(_) | Self::Task(_) => false,
         }
     }

@@ -96,6 +96,16 @@ impl Remote {
         self.json("POST", path, headers, body)
     }
 
+    /// Puts something at an address.
+    pub(crate) fn put(&self, path: &str, body: &Value) -> Result<Value, RemoteError> {
+        self.json("PUT", path, &[], Some(body))
+    }
+
+    /// Removes what is at an address.
+    pub(crate) fn delete(&self, path: &str) -> Result<(), RemoteError> {
+        self.ask("DELETE", path, &[], None).map(drop)
+    }
+
     /// What is at an address, if it has changed since `tag`; with its tag.
     pub(crate) fn changed(&self, path: &str, tag: &str) -> Result<Option<(Value, String)>, RemoteError> {
         let mut response = self.ask("GET", path, &[("if-none-match", tag)], None)?;

@@ -287,6 +287,9 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
     if !(-100..=100).contains(&request.priority) {
         return Err(Problem::invalid("priority has to be -100 to 100"));
     }
+    if request.source.trim().is_empty() {
+        return Err(Problem::invalid("source has to name a mesh"));
+    }
     let source = source::locate(&request.source, &service.roots).map_err(|e| Problem::invalid(e.to_string()))?;
     if let Source::Upload(id) = source
         && service.store.upload(&id).await?.is_none()

@@ -23,17 +23,20 @@ struct EndedBadly {
     reason: Option<String>,
 }
 
+/// What `--set` says, as the parameters of a job.
+pub(super) fn settings(settings: &[String]) -> Result<Map<String, Value>, UsageError> {
+    let pair = |setting: &String| match setting.split_once('=') {
+        Some((name, value)) => Ok((name.to_owned(), value.into())),
+        None => Err(UsageError(format!("--set {setting:?} has no value: write --set NAME=VALUE"))),
+    };
+    settings.iter().map(pair).collect()
+}
+
 /// Submits a job.
 pub(crate) fn submit(args: &SubmitArgs) -> anyhow::Result<Outcome> {
-    let mut parameters = Map::new();
-    for setting in &args.settings {
-        let Some((name, value)) = setting.split_once('=') else {
-            return Err(UsageError(format!("--set {setting:?} has no value: write --set NAME=VALUE")).into());
-        };
-        parameters.insert(name.to_owned(), value.into());
-    }
-    let mut body =
-        json!({ "source": args.source, "city": args.city, "priority": args.priority, "parameters": parameters });
+    let mut body = json!({
+        "source": args.source, "city": args.city, "priority": args.priority, "parameters": settings(&args.settings)?,
+    });
     if let Some(preset) = &args.preset {
         body["preset"] = preset.as_str().into();
     }
@@ -184,7 +187,7 @@ fn tell(job: &Value, json: bool, member: &str) {
 }
 
 /// A text as it is, anything else as JSON.
-fn text(value: &Value) -> String {
+pub(super) fn text(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         Value::Null => String::new(),

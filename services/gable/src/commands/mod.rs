@@ -7,6 +7,7 @@ mod eval;
 mod jobs;
 mod params;
 mod run;
+mod schedule;
 mod serve;
 mod synth;
 mod task;
@@ -38,6 +39,7 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Cancel(args) => jobs::cancel(args),
         Command::Retry(args) => jobs::retry(args),
         Command::Download(args) => download::run(args, cli.global.quiet),
+        Command::Schedule(args) => schedule::run(args),
         Command::Task(args) => task::run(args),
     }
 }
