@@ -12,7 +12,7 @@ service = Processes(f"{base}/ogc/")
 
 assert {link["rel"] for link in service.links} >= {"self", "conformance", "service-desc"}, service.links
 classes = {name.rsplit("/", 1)[1] for name in service.conformance()["conformsTo"]}
-assert classes >= {"core", "ogc-process-description", "json", "oas30", "job-list", "dismiss"}, classes
+assert classes >= {"core", "ogc-process-description", "json", "oas30", "job-list", "dismiss", "callback"}, classes
 assert [process["id"] for process in service.processes()] == ["city-model", "echo"]
 
 echoed = service.execute("echo", {"text": "a", "number": 1.5, "object": {"value": {"b": [1]}}})

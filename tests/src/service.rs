@@ -171,6 +171,30 @@ impl Service {
         &self.database
     }
 
+    /// Place of its artefacts.
+    #[must_use]
+    pub fn store(&self) -> &str {
+        &self.store
+    }
+
+    /// How many artefacts there are, as far as its S3 server lists them at once.
+    ///
+    /// # Panics
+    /// If it does not answer, or they lie in a folder.
+    #[must_use]
+    pub fn stored(&self) -> usize {
+        let bucket = self.store.trim_start_matches("s3://").split('/').next().expect("a bucket");
+        let url = format!("http://127.0.0.1:{}/{bucket}?list-type=2", self.objects().port());
+        let listed = ureq::get(&url).call().and_then(|mut a| a.body_mut().read_to_string());
+        listed.unwrap_or_else(|e| panic!("{url}: {e}")).matches("<Key>").count()
+    }
+
+    /// The variables of the environment that lead to its artefacts.
+    #[must_use]
+    pub fn variables(&self) -> &[(String, String)] {
+        &self.variables
+    }
+
     /// Makes a token.
     ///
     /// # Panics

@@ -126,6 +126,7 @@ impl Store {
             sqlx::query(self.sql(statement)).bind(id).execute(&mut *tx).await?;
             let message = Some(JobState::Running.name());
             self.note(&mut tx, id, EventKind::State, About { message, ..About::default() }).await?;
+            self.tell_progress(&mut tx, id).await?;
         }
         let about = About { stage: Some(claim.stage), unit: Some(&claim.unit), message: Some(worker) };
         self.note(&mut tx, id, EventKind::Claimed, about).await?;

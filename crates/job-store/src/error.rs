@@ -30,6 +30,14 @@ pub enum JobStoreError {
         /// The job that was submitted with it.
         job: String,
     },
+    /// The owner has as many jobs under way as they may.
+    #[error("{owner} may have {most} jobs under way: wait for one, or cancel one")]
+    Quota {
+        /// Whose jobs.
+        owner: String,
+        /// How many.
+        most: i64,
+    },
     /// The task is held by someone else, or by no one: the result must be thrown away.
     #[error("task {unit} of stage {stage} of job {job} is no longer held under fence {fence}")]
     Lost {

@@ -3,7 +3,7 @@
 use crate::database::Tx;
 use crate::events::About;
 use crate::names::named;
-use crate::{EventKind, JobStoreError, NewTask, Store, TaskState};
+use crate::{EventKind, JobStoreError, NewCallback, NewTask, Store, TaskState};
 use serde::Serialize;
 use sqlx::any::AnyRow;
 use sqlx::{AssertSqlSafe, Row};
@@ -37,7 +37,7 @@ impl JobState {
 }
 
 /// What is submitted.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct NewJob {
     /// The city that it makes or refreshes.
     pub city: String,
@@ -51,6 +51,10 @@ pub struct NewJob {
     pub priority: i64,
     /// The first tasks; these add the others.
     pub tasks: Vec<NewTask>,
+    /// Most jobs that its owner may have under way, with this one; none for no limit.
+    pub max_jobs: Option<i64>,
+    /// Who is told how it goes.
+    pub callbacks: Vec<NewCallback>,
 }
 
 /// What became of a submission.
@@ -138,7 +142,8 @@ impl Store {
     /// Takes a job in, with its first tasks, in one transaction.
     ///
     /// # Errors
-    /// If the idempotency key was used for another request, or the database does not answer.
+    /// If the idempotency key was used for another request, the owner has as many jobs under way as they may, or the database does
+    /// not answer.
     pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobStoreError> {
         let mut tx = self.begin().await?;
         let submitted = self.submit_in(&mut tx, new).await?;
@@ -149,6 +154,13 @@ impl Store {
     /// Takes a job in as a part of a transaction.
     pub(crate) async fn submit_in(&self, tx: &mut Tx, new: &NewJob) -> Result<Submitted, JobStoreError> {
         let id = uuid::Uuid::now_v7().to_string();
+        if new.max_jobs.is_some() {
+            // Submissions under one token go one after the other from here on, so that each counts those before it.
+            sqlx::query("UPDATE api_token SET created = created WHERE name = $1")
+                .bind(&new.owner)
+                .execute(&mut **tx)
+                .await?;
+        }
         let stage = new.tasks.iter().map(|t| t.stage).min().unwrap_or(0);
         let statement = "INSERT INTO job (id, city, owner, idempotency_key, request, state, priority, stage, events, created) \
                          VALUES ($1, $2, $3, $4, $5, 'accepted', $6, $7, 0, {now}) ON CONFLICT (owner, idempotency_key) DO NOTHING";
@@ -176,8 +188,16 @@ impl Store {
             }
             return Ok(Submitted { id: earlier, new: false });
         }
+        if let Some(most) = new.max_jobs
+            && under_way(tx, &new.owner).await? > most
+        {
+            return Err(JobStoreError::Quota { owner: new.owner.clone(), most });
+        }
         self.note(tx, &id, EventKind::Submitted, About { message: Some(&new.owner), ..About::default() }).await?;
         self.add_tasks(tx, &id, -1, &new.tasks).await?;
+        for callback in &new.callbacks {
+            self.add_callback(tx, &id, &new.owner, callback).await?;
+        }
         if new.tasks.is_empty() {
             self.advance(tx, &id).await?;
         }
@@ -237,31 +257,13 @@ impl Store {
         query.fetch_all(&self.pool).await?.iter().map(Job::read).collect()
     }
 
-    /// Whether a job was submitted by this owner under this idempotency key.
+    /// Number of the last event of a job: whatever changes of it, this does.
     ///
     /// # Errors
-    /// If the database does not answer.
-    pub async fn knows_key(&self, owner: &str, key: &str) -> Result<bool, JobStoreError> {
-        let row = sqlx::query("SELECT id FROM job WHERE owner = $1 AND idempotency_key = $2")
-            .bind(owner)
-            .bind(key)
-            .fetch_optional(&self.pool)
-            .await?;
-        Ok(row.is_some())
-    }
-
-    /// How many jobs of an owner are not over.
-    ///
-    /// # Errors
-    /// If the database does not answer.
-    pub async fn jobs_under_way(&self, owner: &str) -> Result<i64, JobStoreError> {
-        let row = sqlx::query(
-            "SELECT COUNT(*) AS jobs FROM job WHERE owner = $1 AND state IN ('accepted', 'running', 'paused')",
-        )
-        .bind(owner)
-        .fetch_one(&self.pool)
-        .await?;
-        Ok(row.try_get("jobs")?)
+    /// If there is no such job, or the database does not answer.
+    pub async fn last_event(&self, id: &str) -> Result<i64, JobStoreError> {
+        let row = sqlx::query("SELECT events FROM job WHERE id = $1").bind(id).fetch_optional(&self.pool).await?;
+        Ok(row.ok_or_else(|| JobStoreError::NoJob(id.to_owned()))?.try_get("events")?)
     }
 
     /// Stops a job for good. Tasks under way are told at their next heartbeat, and their results refused.
@@ -391,6 +393,12 @@ impl Store {
         self.tell_end(tx, id, state, reason).await?;
         self.note(tx, id, EventKind::State, About { message: Some(state.name()), ..About::default() }).await
     }
+}
+
+/// How many jobs of an owner are not over.
+async fn under_way(tx: &mut Tx, owner: &str) -> Result<i64, JobStoreError> {
+    let statement = "SELECT COUNT(*) AS jobs FROM job WHERE owner = $1 AND state IN ('accepted', 'running', 'paused')";
+    Ok(sqlx::query(statement).bind(owner).fetch_one(&mut **tx).await?.try_get("jobs")?)
 }
 
 fn not_possible(job: &Job, wanted: &'static str) -> JobStoreError {

@@ -36,5 +36,5 @@ pub use schedules::{Missed, NewSchedule, RunOutcome, Schedule, ScheduleRun, Tick
 pub use tasks::{NewTask, Task, TaskCounts, TaskState};
 pub use tokens::{Scope, TokenRecord};
 pub use uploads::Upload;
-pub use webhooks::{MessageState, Sent, Webhook, WebhookEvent, WebhookMessage};
+pub use webhooks::{Callback, MessageState, NewCallback, Sent, Webhook, WebhookEvent, WebhookMessage};
 pub use workers::Worker;

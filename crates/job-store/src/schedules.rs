@@ -288,10 +288,10 @@ impl Store {
             let new = NewJob {
                 city: schedule.city.clone(),
                 owner: schedule.owner.clone(),
-                idempotency_key: None,
                 request: schedule.request.clone(),
                 priority: schedule.priority,
                 tasks: vec![first.clone()],
+                ..NewJob::default()
             };
             let submitted = self.submit_in(tx, &new).await?;
             sqlx::query("UPDATE schedule SET job = $2 WHERE name = $1")

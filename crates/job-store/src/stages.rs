@@ -21,7 +21,8 @@ impl Store {
             Some(stage) if stage <= job.stage => Ok(()),
             Some(stage) => {
                 sqlx::query("UPDATE job SET stage = $2 WHERE id = $1").bind(id).bind(stage).execute(&mut **tx).await?;
-                self.note(tx, id, EventKind::Stage, About { stage: Some(stage), ..About::default() }).await
+                self.note(tx, id, EventKind::Stage, About { stage: Some(stage), ..About::default() }).await?;
+                self.tell_progress(tx, id).await
             }
             None => {
                 let failed: i64 =

@@ -7,8 +7,8 @@ use crate::database::Tx;
 use crate::names::named;
 use crate::{JobState, JobStoreError, Store};
 use serde_json::{Value, json};
-use sqlx::Row;
 use sqlx::any::AnyRow;
+use sqlx::{AssertSqlSafe, Row};
 use std::time::Duration;
 
 named! {
@@ -24,6 +24,8 @@ named! {
         JobCancelled = "job.cancelled",
         /// A city has a new generation.
         CityPublished = "city.published",
+        /// A job began, or went on to another stage. Only those are told who ask for it by its name.
+        JobProgressed = "job.progressed",
     }
 }
 
@@ -60,7 +62,7 @@ pub struct Webhook {
     pub owner: String,
     /// Where messages go.
     pub url: String,
-    /// What they are signed with.
+    /// What they are signed with; nothing for callbacks.
     pub secret: String,
     /// Which events; none for all.
     pub events: Vec<WebhookEvent>,
@@ -70,6 +72,28 @@ pub struct Webhook {
     pub enabled: bool,
     /// When it was made, milliseconds since 1970; set by the database's clock.
     pub created: i64,
+    /// Set for the callback of a job; not for what an operator has made.
+    pub callback: Option<Callback>,
+}
+
+/// What a callback is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Callback {
+    /// Id of the job.
+    pub job: String,
+    /// What links in its messages begin with: the service as the client sees it.
+    pub base: String,
+}
+
+/// A receiver that is told of the job that it is submitted with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewCallback {
+    /// Where messages go.
+    pub url: String,
+    /// Which events.
+    pub events: Vec<WebhookEvent>,
+    /// What links in its messages begin with.
+    pub base: String,
 }
 
 /// Without the secret, so that it gets into no log.
@@ -113,6 +137,13 @@ pub enum Sent {
     Gone(String),
 }
 
+/// Events as they are kept: with a comma behind each, so that no name is found inside of another.
+fn event_list(events: &[WebhookEvent]) -> String {
+    events.iter().flat_map(|e| [e.name(), ","]).collect()
+}
+
+const COLUMNS: &str = "id, owner, url, secret, events, city, enabled, created, job, base";
+
 impl Webhook {
     fn read(row: &AnyRow) -> Result<Self, JobStoreError> {
         let events: String = row.try_get("events")?;
@@ -125,6 +156,10 @@ impl Webhook {
             city: row.try_get("city")?,
             enabled: row.try_get::<i64, _>("enabled")? != 0,
             created: row.try_get("created")?,
+            callback: match (row.try_get("job")?, row.try_get("base")?) {
+                (Some(job), Some(base)) => Some(Callback { job, base }),
+                _ => None,
+            },
         })
     }
 }
@@ -152,13 +187,12 @@ impl Store {
     pub async fn add_webhook(&self, webhook: &Webhook) -> Result<(), JobStoreError> {
         let statement = "INSERT INTO webhook (id, owner, url, secret, events, city, enabled, created) \
                          VALUES ($1, $2, $3, $4, $5, $6, $7, {now})";
-        let events: String = webhook.events.iter().flat_map(|e| [e.name(), ","]).collect();
         sqlx::query(self.sql(statement))
             .bind(&webhook.id)
             .bind(&webhook.owner)
             .bind(&webhook.url)
             .bind(&webhook.secret)
-            .bind(events)
+            .bind(event_list(&webhook.events))
             .bind(&webhook.city)
             .bind(i64::from(webhook.enabled))
             .execute(&self.pool)
@@ -166,16 +200,35 @@ impl Store {
         Ok(())
     }
 
-    /// The receivers, oldest first.
+    /// Adds a receiver that is told of one job only.
+    pub(crate) async fn add_callback(
+        &self,
+        tx: &mut Tx,
+        job: &str,
+        owner: &str,
+        callback: &NewCallback,
+    ) -> Result<(), JobStoreError> {
+        let statement = "INSERT INTO webhook (id, owner, url, secret, events, enabled, created, job, base) \
+                         VALUES ($1, $2, $3, '', $4, 1, {now}, $5, $6)";
+        sqlx::query(self.sql(statement))
+            .bind(uuid::Uuid::now_v7().to_string())
+            .bind(owner)
+            .bind(&callback.url)
+            .bind(event_list(&callback.events))
+            .bind(job)
+            .bind(&callback.base)
+            .execute(&mut **tx)
+            .await?;
+        Ok(())
+    }
+
+    /// The receivers that operators have made, oldest first.
     ///
     /// # Errors
     /// If the database does not answer.
     pub async fn webhooks(&self) -> Result<Vec<Webhook>, JobStoreError> {
-        let rows =
-            sqlx::query("SELECT id, owner, url, secret, events, city, enabled, created FROM webhook ORDER BY id")
-                .fetch_all(&self.pool)
-                .await?;
-        rows.iter().map(Webhook::read).collect()
+        let statement = format!("SELECT {COLUMNS} FROM webhook WHERE job IS NULL ORDER BY id");
+        sqlx::query(AssertSqlSafe(statement)).fetch_all(&self.pool).await?.iter().map(Webhook::read).collect()
     }
 
     /// A receiver.
@@ -183,11 +236,8 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn webhook(&self, id: &str) -> Result<Option<Webhook>, JobStoreError> {
-        let row =
-            sqlx::query("SELECT id, owner, url, secret, events, city, enabled, created FROM webhook WHERE id = $1")
-                .bind(id)
-                .fetch_optional(&self.pool)
-                .await?;
+        let statement = format!("SELECT {COLUMNS} FROM webhook WHERE id = $1");
+        let row = sqlx::query(AssertSqlSafe(statement)).bind(id).fetch_optional(&self.pool).await?;
         row.as_ref().map(Webhook::read).transpose()
     }
 
@@ -290,10 +340,35 @@ impl Store {
         reason: Option<&str>,
     ) -> Result<(), JobStoreError> {
         let Some(event) = WebhookEvent::of_end(state) else { return Ok(()) };
+        // Whoever has not heard yet how far it is need not hear it any more.
+        sqlx::query(
+            "DELETE FROM webhook_message WHERE state = 'waiting' AND event = $2 \
+             AND webhook IN (SELECT id FROM webhook WHERE job = $1)",
+        )
+        .bind(job)
+        .bind(WebhookEvent::JobProgressed.name())
+        .execute(&mut **tx)
+        .await?;
+        self.tell_of_job(tx, event, job, state, reason).await
+    }
+
+    /// Has receivers told that a job has begun, or gone on to another stage.
+    pub(crate) async fn tell_progress(&self, tx: &mut Tx, job: &str) -> Result<(), JobStoreError> {
+        self.tell_of_job(tx, WebhookEvent::JobProgressed, job, JobState::Running, None).await
+    }
+
+    async fn tell_of_job(
+        &self,
+        tx: &mut Tx,
+        event: WebhookEvent,
+        job: &str,
+        state: JobState,
+        reason: Option<&str>,
+    ) -> Result<(), JobStoreError> {
         let row = sqlx::query("SELECT city, owner FROM job WHERE id = $1").bind(job).fetch_one(&mut **tx).await?;
         let (city, owner): (String, String) = (row.try_get("city")?, row.try_get("owner")?);
         let data = json!({ "job": job, "city": city, "owner": owner, "state": state.name(), "reason": reason });
-        self.tell(tx, event, &city, &data).await
+        self.tell(tx, event, &city, job, &data).await
     }
 
     /// Has receivers told that a city has a new generation.
@@ -306,22 +381,34 @@ impl Store {
         .fetch_one(&mut **tx)
         .await?;
         let count = |name| row.try_get::<i64, _>(name);
+        let job: String = row.try_get("job")?;
         let data = json!({
-            "city": city, "generation": number, "job": row.try_get::<String, _>("job")?, "partial": count("partial")? != 0,
+            "city": city, "generation": number, "job": job, "partial": count("partial")? != 0,
             "buildings": count("buildings")?, "added": count("added")?, "removed": count("removed")?,
             "changed": count("changed")?,
         });
-        self.tell(tx, WebhookEvent::CityPublished, city, &data).await
+        self.tell(tx, WebhookEvent::CityPublished, city, &job, &data).await
     }
 
-    async fn tell(&self, tx: &mut Tx, event: WebhookEvent, city: &str, data: &Value) -> Result<(), JobStoreError> {
-        // Events are kept with a comma behind each, so that no name is found inside of another.
+    async fn tell(
+        &self,
+        tx: &mut Tx,
+        event: WebhookEvent,
+        city: &str,
+        job: &str,
+        data: &Value,
+    ) -> Result<(), JobStoreError> {
+        let name = event_list(&[event]);
+        // An empty list stands for all events but those that have to be asked for.
+        let all = if event == WebhookEvent::JobProgressed { &*name } else { "" };
         let rows = sqlx::query(
-            "SELECT id FROM webhook WHERE enabled = 1 AND (city IS NULL OR city = $1) \
-             AND (events = '' OR REPLACE(events, $2, '') <> events) ORDER BY id",
+            "SELECT id FROM webhook WHERE enabled = 1 AND (city IS NULL OR city = $1) AND (job IS NULL OR job = $2) \
+             AND (events = $3 OR REPLACE(events, $4, '') <> events) ORDER BY id",
         )
         .bind(city)
-        .bind(format!("{},", event.name()))
+        .bind(job)
+        .bind(all)
+        .bind(&name)
         .fetch_all(&mut **tx)
         .await?;
         for row in rows {

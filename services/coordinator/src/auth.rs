@@ -40,20 +40,48 @@ impl FromRequestParts<Coordinator> for Caller {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, service: &Coordinator) -> Result<Self, Problem> {
-        if !service.store.has_tokens().await? {
-            from_this_machine(&parts.headers)?;
-            return Ok(Self { name: "local".to_owned(), scope: Scope::Operator, max_jobs: None });
+        let shown = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok()).and_then(bearer);
+        let hash = shown.map(hash).unwrap_or_default();
+        let access = service.answers.access.get(&hash, |_| Access::find(&service.store, &hash));
+        match access.await? {
+            Access::Open => {
+                from_this_machine(&parts.headers)?;
+                Ok(Self { name: "local".to_owned(), scope: Scope::Operator, max_jobs: None })
+            }
+            Access::Token(found) => Ok(Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs }),
+            Access::Closed if shown.is_none() => {
+                Err(Problem::unauthorised("send the header Authorization: Bearer TOKEN"))
+            }
+            Access::Closed => Err(Problem::unauthorised("this token is not known, or has ended")),
         }
-        let shown = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
-        let (kind, token) = shown
-            .and_then(|v| v.split_once(' '))
-            .ok_or_else(|| Problem::unauthorised("send the header Authorization: Bearer TOKEN"))?;
-        if !kind.eq_ignore_ascii_case("bearer") {
-            return Err(Problem::unauthorised("send the header Authorization: Bearer TOKEN"));
+    }
+}
+
+/// The token in a header that shows one.
+fn bearer(header: &str) -> Option<&str> {
+    header.split_once(' ').filter(|(kind, _)| kind.eq_ignore_ascii_case("bearer")).map(|(_, token)| token.trim())
+}
+
+/// What a hash of a token opens.
+#[derive(Clone, Debug)]
+pub(crate) enum Access {
+    /// No token was made yet: the service is for its own machine.
+    Open,
+    /// The token is known.
+    Token(TokenRecord),
+    /// There are tokens, but not this one.
+    Closed,
+}
+
+impl Access {
+    /// Asks the database.
+    async fn find(store: &Store, hash: &str) -> Result<Self, JobStoreError> {
+        if !hash.is_empty()
+            && let Some(found) = store.token(hash).await?
+        {
+            return Ok(Self::Token(found));
         }
-        let found = service.store.token(&hash(token.trim())).await?;
-        let found = found.ok_or_else(|| Problem::unauthorised("this token is not known, or has ended"))?;
-        Ok(Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs })
+        Ok(if store.has_tokens().await? { Self::Closed } else { Self::Open })
     }
 }
 

@@ -1,8 +1,12 @@
 //! What answers have in common: times, tags for polling, pages.
 
 use crate::Problem;
+use crate::shared::Shared;
+use axum::body::Bytes;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use gable_job_store::Store;
+use serde::Serialize;
 
 /// A time as RFC 3339, from milliseconds since 1970.
 #[must_use]
@@ -32,6 +36,18 @@ pub(crate) fn limit(wanted: Option<i64>, most: i64) -> Result<i64, Problem> {
     if (1..=most).contains(&limit) { Ok(limit) } else { Err(Problem::query(format!("limit has to be 1 to {most}"))) }
 }
 
+/// Makes a page of a list, of which one entry more than the limit was asked for: what is shown of each entry, and what `next`
+/// says of the last one if others follow.
+pub(crate) fn page<T, V, N>(
+    mut list: Vec<T>,
+    limit: i64,
+    next: impl Fn(&T) -> N,
+    view: impl FnMut(T) -> V,
+) -> (Vec<V>, Option<N>) {
+    let next = cut(&mut list, limit, next);
+    (list.into_iter().map(view).collect(), next)
+}
+
 /// Cuts a list, of which one entry more than the limit was asked for, to a page; gives what `next` says of its last entry if
 /// others follow.
 pub(crate) fn cut<T, N>(list: &mut Vec<T>, limit: i64, next: impl Fn(&T) -> N) -> Option<N> {
@@ -39,6 +55,48 @@ pub(crate) fn cut<T, N>(list: &mut Vec<T>, limit: i64, next: impl Fn(&T) -> N) -
     let more = list.len() > limit;
     list.truncate(limit);
     list.last().filter(|_| more).map(next)
+}
+
+/// The answer to the removal of a thing that was there, or was not.
+pub(crate) fn removed(was_there: bool, none: impl FnOnce() -> Problem) -> Result<StatusCode, Problem> {
+    if was_there { Ok(StatusCode::NO_CONTENT) } else { Err(none()) }
+}
+
+/// What is shown of a job as of one of its events, written once for all who poll it.
+#[derive(Clone, Debug)]
+pub(crate) struct Snapshot {
+    event: i64,
+    body: Bytes,
+}
+
+/// What is shown of a job, or 304 if the client has it already. However many poll, the database is asked for the number of the
+/// job's last event by one of them at a time, and `make` is called when it has changed.
+pub(crate) async fn polled<V: Serialize, M: Future<Output = Result<V, Problem>>>(
+    snapshots: &Shared<Snapshot>,
+    store: &Store,
+    job: &str,
+    headers: &HeaderMap,
+    make: impl FnOnce() -> M,
+) -> Result<Response, Problem> {
+    let found = snapshots.get(job, |before| async move {
+        // The number before the content: what changes between the two is then sent once more, not missed.
+        let event = store.last_event(job).await?;
+        match before.filter(|b: &Snapshot| b.event == event) {
+            Some(before) => Ok::<_, Problem>(before),
+            None => Ok(Snapshot { event, body: Bytes::from(json(&make().await?)?) }),
+        }
+    });
+    let found = found.await?;
+    let body = || ([(header::CONTENT_TYPE, "application/json")], found.body.clone()).into_response();
+    Ok(tagged(headers, &found.event.to_string(), body))
+}
+
+fn json(value: &impl Serialize) -> Result<Vec<u8>, Problem> {
+    serde_json::to_vec(value).map_err(|e| {
+        tracing::error!("an answer cannot be written as JSON: {e}");
+        let detail = "this is a fault of the service; its log tells more";
+        Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "The service failed", detail)
+    })
 }
 
 /// The body, or 304 if the client has this state already. `state` changes whenever the body does.

@@ -77,6 +77,9 @@ impl From<JobStoreError> for Problem {
             JobStoreError::State { .. } => {
                 Self::new(StatusCode::CONFLICT, "state", "The job's state does not allow this", detail)
             }
+            JobStoreError::Quota { .. } => {
+                Self::new(StatusCode::TOO_MANY_REQUESTS, "quota", "Too many jobs under way", detail)
+            }
             JobStoreError::KeyReused { .. } => {
                 Self::new(StatusCode::CONFLICT, "key-reused", "The idempotency key was used before", detail)
             }

@@ -1,6 +1,9 @@
 //! What every request handler needs.
 
 use crate::Feed;
+use crate::auth::Access;
+use crate::pages::Snapshot;
+use crate::shared::Shared;
 use gable_job_store::{Blobs, Store};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -18,6 +21,25 @@ pub struct Coordinator {
     pub limits: Limits,
     /// The jobs whose events are streamed.
     pub feed: Feed,
+    /// What many ask for at the same time.
+    pub answers: Answers,
+}
+
+impl Coordinator {
+    /// A coordinator over these.
+    #[must_use]
+    pub fn new(store: Store, blobs: Blobs, roots: Vec<PathBuf>, limits: Limits) -> Self {
+        Self { store, blobs, roots, limits, feed: Feed::default(), answers: Answers::default() }
+    }
+}
+
+/// Answers that are shared by all who ask for the same at the same time.
+#[derive(Clone, Debug, Default)]
+pub struct Answers {
+    /// Jobs by id, as JSON.
+    pub(crate) jobs: Shared<Snapshot>,
+    /// Who asks, by the hash of the token that is shown.
+    pub(crate) access: Shared<Access>,
 }
 
 /// What a request may take.

@@ -1,9 +1,10 @@
 //! Sends what is waiting in the outbox to its receivers, signed as Standard Webhooks has it
 //! (<https://www.standardwebhooks.com>): `webhook-id`, `webhook-timestamp`, and `webhook-signature` with `v1,` and the HMAC-SHA256 of
-//! id, timestamp and body, joined by dots, in base64.
+//! id, timestamp and body, joined by dots, in base64. Callbacks of jobs are in the outbox as well; they have the form of OGC API –
+//! Processes, and nobody to sign for.
 
-use crate::outbound;
 use crate::pages::time;
+use crate::{ogc, outbound};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use gable_job_store::{JobStoreError, Sent, Store, Webhook, WebhookMessage};
@@ -74,7 +75,7 @@ pub async fn deliver(store: &Store, private: bool, mut stop: watch::Receiver<boo
                 Ok(Some((webhook, message))) => {
                     let (store, client) = (store.clone(), client.clone());
                     sending.spawn(async move {
-                        let sent = send(&client, private, &webhook, &message).await;
+                        let sent = send(&store, &client, private, &webhook, &message).await;
                         if let Err(e) = note(&store, &webhook, &message, &sent).await {
                             tracing::warn!(message = message.id, "what became of a message is not noted: {e}");
                         }
@@ -107,7 +108,13 @@ async fn note(store: &Store, webhook: &Webhook, message: &WebhookMessage, sent: 
     store.message_sent(webhook, message, sent).await
 }
 
-async fn send(client: &reqwest::Client, private: bool, webhook: &Webhook, message: &WebhookMessage) -> Sent {
+async fn send(
+    store: &Store,
+    client: &reqwest::Client,
+    private: bool,
+    webhook: &Webhook,
+    message: &WebhookMessage,
+) -> Sent {
     let again = |answer: String| match usize::try_from(message.attempts - 1).ok().and_then(|n| PAUSES.get(n)) {
         Some(pause) => Sent::Again(answer, Duration::from_secs(*pause)),
         None => Sent::GivenUp(answer),
@@ -116,19 +123,28 @@ async fn send(client: &reqwest::Client, private: bool, webhook: &Webhook, messag
         Ok(url) => url,
         Err(e) => return Sent::GivenUp(e.to_string()),
     };
-    let timestamp = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs();
-    let (event, at) = (serde_json::Value::from(message.event.name()), time(message.created));
-    let body = format!(r#"{{"type":{event},"timestamp":"{at}","data":{}}}"#, message.data);
-    let Some(signature) = key(&webhook.secret).and_then(|k| signature(&k, &message.id, timestamp, &body)) else {
-        return Sent::GivenUp("its secret cannot be read".to_owned());
+    let mut request = client.post(url).header("content-type", "application/json").header("webhook-id", &message.id);
+    let body = match &webhook.callback {
+        Some(about) => match ogc::callback(store, about, message.event).await {
+            Ok(Some(body)) => body.to_string(),
+            Ok(None) => return Sent::GivenUp("the job was over before".to_owned()),
+            Err(e) => {
+                tracing::warn!(message = message.id, "what a subscriber is to be told cannot be had: {e}");
+                return again("the database does not answer".to_owned());
+            }
+        },
+        None => {
+            let (event, at) = (serde_json::Value::from(message.event.name()), time(message.created));
+            let body = format!(r#"{{"type":{event},"timestamp":"{at}","data":{}}}"#, message.data);
+            let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs();
+            let Some(signature) = key(&webhook.secret).and_then(|k| signature(&k, &message.id, now, &body)) else {
+                return Sent::GivenUp("its secret cannot be read".to_owned());
+            };
+            request = request.header("webhook-timestamp", now).header("webhook-signature", signature);
+            body
+        }
     };
-    let request = client
-        .post(url)
-        .header("content-type", "application/json")
-        .header("webhook-id", &message.id)
-        .header("webhook-timestamp", timestamp)
-        .header("webhook-signature", signature)
-        .body(body);
+    let request = request.body(body);
     match request.send().await {
         Ok(answer) if answer.status().is_success() => Sent::Delivered(answer.status().to_string()),
         Ok(answer) if answer.status() == StatusCode::GONE => Sent::Gone(answer.status().to_string()),

@@ -4,7 +4,7 @@ mod remote;
 mod schedule;
 mod token;
 
-pub(crate) use remote::{CancelArgs, DownloadArgs, RemoteArgs, RetryArgs, StatusArgs, SubmitArgs};
+pub(crate) use remote::{CancelArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, StatusArgs, SubmitArgs};
 pub(crate) use schedule::{CreateArgs, ListArgs, NameArgs, ScheduleAction, ScheduleArgs};
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
 
@@ -114,8 +114,8 @@ impl Command {
             Self::Token(args) => args.json,
             Self::Submit(args) => args.json,
             Self::Status(args) => args.json,
-            Self::Cancel(args) => args.json,
-            Self::Retry(args) => args.json,
+            Self::Cancel(args) => args.of.json,
+            Self::Retry(args) => args.of.json,
             Self::Download(args) => args.json,
             Self::Schedule(args) => args.json(),
             Self::Serve(_) | Self::Work(_) | Self::Task(_) => false,

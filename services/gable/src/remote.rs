@@ -4,8 +4,11 @@ use crate::cli::RemoteArgs;
 use crate::exit::UsageError;
 use serde_json::Value;
 use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 use ureq::http::{Request, Response};
+use ureq::tls::{PemItem, RootCerts, TlsConfig, parse_pem};
 use ureq::{Agent, Body};
 
 /// Longest time for an answer to begin, and for one that is no file to end.
@@ -39,6 +42,16 @@ pub(crate) enum RemoteError {
         /// What happened.
         reason: String,
     },
+    /// What answers cannot show that it is the service.
+    #[error(
+        "{url} cannot be trusted ({reason}): if a private authority vouches for it, name its certificate by --ca-file"
+    )]
+    Untrusted {
+        /// Its address.
+        url: String,
+        /// What is wrong with its certificate.
+        reason: String,
+    },
     /// It answers something else than this version understands.
     #[error("{url} answers what this version does not understand: {reason}")]
     Unreadable {
@@ -56,6 +69,22 @@ impl RemoteError {
     }
 }
 
+/// What is asked of a service.
+#[derive(Clone, Copy)]
+struct Call<'a> {
+    method: &'a str,
+    /// Under `/api/v1`.
+    path: &'a str,
+    headers: &'a [(&'a str, &'a str)],
+    body: Option<&'a Value>,
+}
+
+impl<'a> Call<'a> {
+    fn new(method: &'a str, path: &'a str) -> Self {
+        Self { method, path, headers: &[], body: None }
+    }
+}
+
 /// A service.
 pub(crate) struct Remote {
     agent: Agent,
@@ -68,13 +97,26 @@ impl Remote {
     /// The service that the arguments name.
     pub(crate) fn new(args: &RemoteArgs) -> Result<Self, UsageError> {
         let url = args.url.trim().trim_end_matches('/').to_owned();
-        if !url.starts_with("http://") {
-            return Err(UsageError(format!("--url {url}: give http://HOST:PORT; TLS is not spoken by these commands")));
+        let Some(place) = url.strip_prefix("http://").or_else(|| url.strip_prefix("https://")) else {
+            return Err(UsageError(format!("--url {url}: give http://HOST:PORT or https://HOST")));
+        };
+        if place.split('/').next().is_some_and(|host| host.contains('@')) {
+            return Err(UsageError("--url has a user or a password: leave it out, and give --token".to_owned()));
         }
+        let roots = match &args.ca_file {
+            Some(file) => authorities(file)?,
+            None => RootCerts::PlatformVerifier,
+        };
+        let provider = Arc::new(rustls::crypto::ring::default_provider());
+        let tls = TlsConfig::builder().unversioned_rustls_crypto_provider(provider).root_certs(roots).build();
         let agent = Agent::config_builder()
             .http_status_as_error(false)
+            // A redirect would carry the token elsewhere.
+            .max_redirects(0)
+            .max_redirects_will_error(false)
             .timeout_connect(Some(Duration::from_secs(10)))
             .timeout_recv_response(Some(PATIENCE))
+            .tls_config(tls)
             .user_agent(concat!("gable/", env!("CARGO_PKG_VERSION")))
             .build()
             .into();
@@ -83,7 +125,7 @@ impl Remote {
 
     /// What is at an address under `/api/v1`.
     pub(crate) fn get(&self, path: &str) -> Result<Value, RemoteError> {
-        self.json("GET", path, &[], None)
+        self.json(Call::new("GET", path))
     }
 
     /// Tells the service something. What is told twice by mistake must not matter.
@@ -93,22 +135,22 @@ impl Remote {
         headers: &[(&str, &str)],
         body: Option<&Value>,
     ) -> Result<Value, RemoteError> {
-        self.json("POST", path, headers, body)
+        self.json(Call { headers, body, ..Call::new("POST", path) })
     }
 
     /// Puts something at an address.
     pub(crate) fn put(&self, path: &str, body: &Value) -> Result<Value, RemoteError> {
-        self.json("PUT", path, &[], Some(body))
+        self.json(Call { body: Some(body), ..Call::new("PUT", path) })
     }
 
     /// Removes what is at an address.
     pub(crate) fn delete(&self, path: &str) -> Result<(), RemoteError> {
-        self.ask("DELETE", path, &[], None).map(drop)
+        self.ask(Call::new("DELETE", path)).map(drop)
     }
 
     /// What is at an address, if it has changed since `tag`; with its tag.
     pub(crate) fn changed(&self, path: &str, tag: &str) -> Result<Option<(Value, String)>, RemoteError> {
-        let mut response = self.ask("GET", path, &[("if-none-match", tag)], None)?;
+        let mut response = self.ask(Call { headers: &[("if-none-match", tag)], ..Call::new("GET", path) })?;
         if response.status() == 304 {
             return Ok(None);
         }
@@ -118,18 +160,12 @@ impl Remote {
 
     /// A file, as a stream.
     pub(crate) fn file(&self, path: &str) -> Result<impl Read + use<>, RemoteError> {
-        Ok(self.ask("GET", path, &[], None)?.into_body().into_reader())
+        Ok(self.ask(Call::new("GET", path))?.into_body().into_reader())
     }
 
-    fn json(
-        &self,
-        method: &str,
-        path: &str,
-        headers: &[(&str, &str)],
-        body: Option<&Value>,
-    ) -> Result<Value, RemoteError> {
-        let mut response = self.ask(method, path, headers, body)?;
-        self.read(path, &mut response)
+    fn json(&self, call: Call<'_>) -> Result<Value, RemoteError> {
+        let mut response = self.ask(call)?;
+        self.read(call.path, &mut response)
     }
 
     fn read(&self, path: &str, response: &mut Response<Body>) -> Result<Value, RemoteError> {
@@ -139,16 +175,10 @@ impl Remote {
     }
 
     /// An answer that is no refusal.
-    fn ask(
-        &self,
-        method: &str,
-        path: &str,
-        headers: &[(&str, &str)],
-        body: Option<&Value>,
-    ) -> Result<Response<Body>, RemoteError> {
+    fn ask(&self, call: Call<'_>) -> Result<Response<Body>, RemoteError> {
         let mut pauses = AGAIN.iter();
         loop {
-            match self.ask_once(method, path, headers, body) {
+            match self.ask_once(call) {
                 Err(e) if e.is_transient() => match pauses.next() {
                     Some(pause) => {
                         tracing::debug!("trying again: {e}");
@@ -161,30 +191,31 @@ impl Remote {
         }
     }
 
-    fn ask_once(
-        &self,
-        method: &str,
-        path: &str,
-        headers: &[(&str, &str)],
-        body: Option<&Value>,
-    ) -> Result<Response<Body>, RemoteError> {
+    fn ask_once(&self, call: Call<'_>) -> Result<Response<Body>, RemoteError> {
         let unreachable = |reason: String| RemoteError::Unreachable { url: self.url.clone(), reason };
-        let mut request = Request::builder().method(method).uri(format!("{}/api/v1{path}", self.url));
+        let mut request = Request::builder().method(call.method).uri(format!("{}/api/v1{}", self.url, call.path));
         if let Some(token) = &self.token {
             request = request.header("authorization", format!("Bearer {token}"));
         }
-        if body.is_some() {
+        if call.body.is_some() {
             request = request.header("content-type", "application/json");
         }
-        for (name, value) in headers {
+        for (name, value) in call.headers {
             request = request.header(*name, *value);
         }
-        let body = body.map(Value::to_string).unwrap_or_default();
+        let body = call.body.map(Value::to_string).unwrap_or_default();
         let request = request.body(body).map_err(|e| unreachable(e.to_string()))?;
-        let mut response = self.agent.run(request).map_err(|e| unreachable(e.to_string()))?;
+        let mut response = self.agent.run(request).map_err(|e| match untrusted(&e) {
+            Some(reason) => RemoteError::Untrusted { url: self.url.clone(), reason },
+            None => unreachable(e.to_string()),
+        })?;
         let status = response.status().as_u16();
-        if status < 400 {
+        if status < 300 || status == 304 {
             return Ok(response);
+        }
+        if status < 400 {
+            let to = response.headers().get("location").and_then(|v| v.to_str().ok()).unwrap_or("nowhere");
+            return Err(RemoteError::Refused(format!("it sends elsewhere, to {to}: give its own address as --url")));
         }
         let told = response.body_mut().with_config().limit(1 << 20).read_to_string().unwrap_or_default();
         let detail = serde_json::from_str::<Value>(&told).ok().and_then(|p| p["detail"].as_str().map(str::to_owned));
@@ -194,4 +225,30 @@ impl Remote {
             _ => Err(RemoteError::Failed { status, detail }),
         }
     }
+}
+
+/// The authorities whose certificates are in a file.
+fn authorities(file: &Path) -> Result<RootCerts, UsageError> {
+    let wrong = |why: String| UsageError(format!("--ca-file {}: {why}", file.display()));
+    let text = std::fs::read(file).map_err(|e| wrong(e.to_string()))?;
+    let mut found = Vec::new();
+    for item in parse_pem(&text) {
+        if let PemItem::Certificate(certificate) = item.map_err(|e| wrong(e.to_string()))? {
+            found.push(certificate);
+        }
+    }
+    if found.is_empty() {
+        return Err(wrong("there is no certificate in it; it has to be PEM".to_owned()));
+    }
+    Ok(RootCerts::new_with_certs(&found))
+}
+
+/// What is wrong with the certificate of the server, if that is why it was not asked.
+fn untrusted(error: &ureq::Error) -> Option<String> {
+    let error = match error {
+        ureq::Error::Rustls(e) => e,
+        ureq::Error::Io(e) => e.get_ref()?.downcast_ref::<rustls::Error>()?,
+        _ => return None,
+    };
+    matches!(error, rustls::Error::InvalidCertificate(_)).then(|| error.to_string())
 }

@@ -43,10 +43,9 @@ impl Town {
         let job = NewJob {
             city: "delft".to_owned(),
             owner: "ann".to_owned(),
-            idempotency_key: None,
             request: r#"{"source":"mesh.obj"}"#.to_owned(),
-            priority: 0,
             tasks: vec![first],
+            ..NewJob::default()
         };
         self.store.submit(&job).await.expect("submitted").id
     }

@@ -72,6 +72,7 @@ conformance!(
     suite::artefacts_are_found_by_place,
     suite::workers_are_seen,
     suite::tokens_open_and_end,
+    suite::a_quota_holds_however_many_submit_at_once,
     suite::wrong_requests_are_refused,
     cities::generations_hold_what_was_published,
     cities::readers_never_get_less_than_they_had,
@@ -82,6 +83,7 @@ conformance!(
     schedules::runs_do_not_overlap,
     schedules::missed_and_changed_ticks_submit_nothing,
     schedules::messages_are_for_whom_they_concern,
+    schedules::callbacks_are_told_of_their_job_only,
     schedules::a_message_is_sent_until_it_is_delivered,
 );
 

@@ -2,7 +2,8 @@
 
 use crate::suite::{claim, finish, job, state, submit, task};
 use gable_job_store::{
-    JobFilter, JobState, MessageState, Missed, NewSchedule, RunOutcome, Sent, Store, Tick, Webhook, WebhookEvent,
+    JobFilter, JobState, MessageState, Missed, NewCallback, NewJob, NewSchedule, RunOutcome, Sent, Store, Tick,
+    Webhook, WebhookEvent,
 };
 use std::time::Duration;
 
@@ -107,6 +108,7 @@ fn hook(id: &str, events: &[WebhookEvent], city: Option<&str>) -> Webhook {
         city: city.map(str::to_owned),
         enabled: true,
         created: 0,
+        callback: None,
     }
 }
 
@@ -143,6 +145,51 @@ pub(crate) async fn messages_are_for_whom_they_concern(store: &Store) {
     let data = &store.webhook_messages("ends", 1).await.expect("lists")[0].data;
     let data: serde_json::Value = serde_json::from_str(data).expect("JSON");
     assert_eq!((&data["job"], &data["city"], &data["state"]), (&partial.into(), &"delft".into(), &"partial".into()));
+}
+
+pub(crate) async fn callbacks_are_told_of_their_job_only(store: &Store) {
+    store.add_webhook(&hook("all", &[], None)).await.expect("added");
+    store.add_webhook(&hook("progress", &[WebhookEvent::JobProgressed], None)).await.expect("added");
+    let callback = |url: &str, events: &[WebhookEvent]| NewCallback {
+        url: url.to_owned(),
+        events: events.to_vec(),
+        base: "https://gable.example".to_owned(),
+    };
+    let (success, progress) = (WebhookEvent::JobSucceeded, WebhookEvent::JobProgressed);
+    let callbacks = vec![callback("https://a/done", &[success]), callback("https://a/going", &[progress])];
+    let tasks = vec![task(0, "city"), task(1, "city")];
+    let id = submit(store, &NewJob { callbacks, ..job("delft", tasks.clone()) }).await;
+    let other = submit(store, &job("delft", tasks)).await;
+    assert_eq!(store.webhooks().await.expect("lists").len(), 2, "callbacks are no webhooks");
+
+    // Takes all messages; gives where they go, and what of.
+    let taken = async || {
+        let mut taken = Vec::new();
+        while let Some((to, message)) = store.take_message(Duration::from_secs(60)).await.expect("answers") {
+            if let Some(callback) = &to.callback {
+                assert_eq!((&*callback.base, &*to.secret), ("https://gable.example", ""));
+                assert_eq!(callback.job, id);
+            }
+            taken.push((to.callback.map_or(to.id, |_| to.url), message.event));
+        }
+        taken.sort();
+        taken
+    };
+    let told = |list: &[(&str, WebhookEvent)]| list.iter().map(|(to, e)| ((*to).to_owned(), *e)).collect::<Vec<_>>();
+    let first = claim(store, "w").await;
+    assert_eq!(first.job, id);
+    assert_eq!(taken().await, told(&[("https://a/going", progress), ("progress", progress)]));
+    finish(store, &first).await;
+    let second = claim(store, "w").await;
+    assert_eq!(second.stage, 1);
+    // How far it is has not been told yet when it is over: that is told instead. Webhooks hear all, in order.
+    finish(store, &second).await;
+    assert_eq!(taken().await, told(&[("all", success), ("https://a/done", success), ("progress", progress)]));
+
+    let (first, cancelled) = (claim(store, "w").await, WebhookEvent::JobCancelled);
+    assert_eq!(first.job, other);
+    store.cancel(&other).await.expect("cancelled");
+    assert_eq!(taken().await, told(&[("all", cancelled), ("progress", progress)]));
 }
 
 pub(crate) async fn a_message_is_sent_until_it_is_delivered(store: &Store) {

@@ -24,10 +24,9 @@ pub(crate) fn job(city: &str, tasks: Vec<NewTask>) -> NewJob {
     NewJob {
         city: city.to_owned(),
         owner: "ann".to_owned(),
-        idempotency_key: None,
         request: format!("{{\"city\":\"{city}\"}}"),
-        priority: 0,
         tasks,
+        ..NewJob::default()
     }
 }
 
@@ -115,7 +114,6 @@ pub(crate) async fn pause_cancel_and_retry(store: &Store) {
     let x = claim(store, "w").await;
     store.pause(&id).await.expect("pauses");
     assert!(nothing_to_do(store).await);
-    assert_eq!(store.jobs_under_way("ann").await.expect("asks"), 1);
     finish(store, &x).await;
     assert_eq!(state(store, &id).await, JobState::Paused, "what was under way still counts");
     assert!(matches!(store.pause(&id).await, Err(JobStoreError::State { .. })));
@@ -138,7 +136,6 @@ pub(crate) async fn pause_cancel_and_retry(store: &Store) {
     assert_eq!(state(store, &id).await, JobState::Cancelled);
     assert!(matches!(store.cancel(&id).await, Err(JobStoreError::State { .. })));
     assert!(matches!(store.retry_failed(&id).await, Err(JobStoreError::State { .. })));
-    assert_eq!(store.jobs_under_way("ann").await.expect("asks"), 0);
     assert!(nothing_to_do(store).await);
 }
 
@@ -466,6 +463,48 @@ pub(crate) async fn tokens_open_and_end(store: &Store) {
     assert!(!store.remove_token("ann").await.expect("removes"));
     assert_eq!(store.token("h1").await.expect("asks"), None);
     assert!(store.has_tokens().await.expect("asks"), "one that has ended keeps the service closed");
+}
+
+pub(crate) async fn a_quota_holds_however_many_submit_at_once(store: &Store) {
+    let token = TokenRecord {
+        hash: "h".to_owned(),
+        name: "ann".to_owned(),
+        scope: Scope::Submitter,
+        max_jobs: Some(5),
+        expires: None,
+        created: 0,
+    };
+    assert!(store.add_token(&token).await.expect("adds"));
+    let limited = NewJob { max_jobs: Some(5), ..job("delft", vec![task(0, "x")]) };
+    let all: Vec<_> = (0..40)
+        .map(|number| {
+            // Half of them twice under the same key: a repetition takes no place.
+            let key = (number % 2 == 0).then(|| format!("k{}", number / 4));
+            let new = NewJob { idempotency_key: key, ..limited.clone() };
+            let store = store.clone();
+            tokio::spawn(async move { store.submit(&new).await })
+        })
+        .collect();
+    let (mut made, mut refused, mut repeated) = (Vec::new(), 0, 0);
+    for one in all {
+        match one.await.expect("ends") {
+            Ok(submitted) if submitted.new => made.push(submitted.id),
+            Ok(_) => repeated += 1,
+            Err(JobStoreError::Quota { owner, most }) => {
+                assert_eq!((&*owner, most), ("ann", 5));
+                refused += 1;
+            }
+            Err(e) => panic!("{e}"),
+        }
+    }
+    assert_eq!((made.len(), refused + repeated), (5, 35));
+    let listed = store.jobs(&JobFilter { owner: Some("ann".to_owned()), ..JobFilter::default() }, 100).await;
+    assert_eq!(listed.expect("lists").len(), 5, "what was refused left nothing behind");
+    store.cancel(&made[0]).await.expect("cancels");
+    assert!(store.submit(&limited).await.expect("a place is free").new);
+    assert!(matches!(store.submit(&limited).await, Err(JobStoreError::Quota { .. })));
+    let other = NewJob { owner: "bob".to_owned(), ..limited };
+    assert!(store.submit(&other).await.expect("a quota is one owner's").new);
 }
 
 pub(crate) async fn wrong_requests_are_refused(store: &Store) {

@@ -77,7 +77,7 @@ pub(crate) async fn list(
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
     // The tag before the tasks: what changes between the two is then sent once more, not missed.
-    let events = service.store.job(&id).await?.events.to_string();
+    let events = service.store.last_event(&id).await?.to_string();
     let known = headers.get("if-none-match").is_some_and(|v| v.as_bytes() == format!("\"{events}\"").as_bytes());
     let tasks = if known { Vec::new() } else { service.store.tasks(&id).await? };
     Ok(tagged(&headers, &events, || Json(tasks.into_iter().map(BlockView::of).collect::<Vec<_>>()).into_response()))

@@ -1,12 +1,12 @@
 //! The buildings of a city, by place and attributes: as GeoJSON, or as CityJSONSeq with all their geometries.
 
 use super::cities::chosen;
+use crate::extract::Query;
 use crate::pages::{cut, escaped, limit};
 use crate::problem::Refused;
 use crate::tile::Tile;
 use crate::{Caller, Coordinator, Problem};
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use gable_job_store::{BuildingFilter, CityBuilding, Generation, JobStoreError};
@@ -145,9 +145,8 @@ pub(crate) async fn list(
     address: Uri,
     headers: HeaderMap,
     Path(city): Path<String>,
-    query: Result<Query<BuildingsQuery>, QueryRejection>,
+    Query(query): Query<BuildingsQuery>,
 ) -> Result<Response, Problem> {
-    let Query(query) = query?;
     let form = form(query.f, &headers)?;
     let limit = limit(query.limit, service.limits.page)?;
     let filter = filter(&query)?;
@@ -194,9 +193,8 @@ pub(crate) async fn show(
     _: Caller,
     headers: HeaderMap,
     Path((city, id)): Path<(String, String)>,
-    query: Result<Query<BuildingQuery>, QueryRejection>,
+    Query(query): Query<BuildingQuery>,
 ) -> Result<Response, Problem> {
-    let Query(query) = query?;
     let form = form(query.f, &headers)?;
     let generation = chosen(&service, &city, query.generation).await?;
     let filter = BuildingFilter { id: Some(id.clone()), ..BuildingFilter::default() };

@@ -1,11 +1,11 @@
 //! Cities, their generations, and what changed between these.
 
-use crate::pages::{cut, limit, tagged, time};
+use crate::extract::Query;
+use crate::pages::{limit, page, tagged, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use gable_job_store::{City, Generation};
@@ -153,11 +153,14 @@ pub(crate) struct ChangePage {
     next: Option<String>,
 }
 
+/// The city that a request is about.
+async fn found(service: &Coordinator, name: &str) -> Result<City, Problem> {
+    service.store.city(name).await?.ok_or_else(|| Problem::not_found(format!("there is no city {name:?}")))
+}
+
 /// The generation of a city that a request is about: the one that it names, or the one that readers see.
 pub(super) async fn chosen(service: &Coordinator, city: &str, number: Option<i64>) -> Result<Generation, Problem> {
-    let found = service.store.city(city).await?;
-    let found = found.ok_or_else(|| Problem::not_found(format!("there is no city {city:?}")))?;
-    let number = number.or(found.generation);
+    let number = number.or(found(service, city).await?.generation);
     let number = number.ok_or_else(|| Problem::not_found(format!("nothing of {city:?} was published yet")))?;
     let generation = service.store.generation(city, number).await?;
     generation.ok_or_else(|| Problem::not_found(format!("{city:?} has no generation {number}")))
@@ -171,13 +174,12 @@ pub(super) async fn chosen(service: &Coordinator, city: &str, number: Option<i64
 pub(crate) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
-    query: Result<Query<CityQuery>, QueryRejection>,
+    Query(query): Query<CityQuery>,
 ) -> Result<Json<CityPage>, Problem> {
-    let Query(query) = query?;
     let limit = limit(query.limit, service.limits.page)?;
-    let mut cities = service.store.cities(query.after.as_deref(), limit + 1).await?;
-    let next = cut(&mut cities, limit, |c| c.name.clone());
-    Ok(Json(CityPage { cities: cities.into_iter().map(CityView::of).collect(), next }))
+    let found = service.store.cities(query.after.as_deref(), limit + 1).await?;
+    let (cities, next) = page(found, limit, |c| c.name.clone(), CityView::of);
+    Ok(Json(CityPage { cities, next }))
 }
 
 /// Show a city and the generation that readers see
@@ -198,8 +200,7 @@ pub(crate) async fn show(
     headers: HeaderMap,
     Path(name): Path<String>,
 ) -> Result<Response, Problem> {
-    let city = service.store.city(&name).await?;
-    let city = city.ok_or_else(|| Problem::not_found(format!("there is no city {name:?}")))?;
+    let city = found(&service, &name).await?;
     let current = match city.generation {
         Some(number) => service.store.generation(&name, number).await?.map(GenerationView::of),
         None => None,
@@ -219,16 +220,13 @@ pub(crate) async fn generations(
     State(service): State<Coordinator>,
     _: Caller,
     Path(name): Path<String>,
-    query: Result<Query<GenerationsQuery>, QueryRejection>,
+    Query(query): Query<GenerationsQuery>,
 ) -> Result<Json<GenerationPage>, Problem> {
-    let Query(query) = query?;
     let limit = limit(query.limit, service.limits.page)?;
-    if service.store.city(&name).await?.is_none() {
-        return Err(Problem::not_found(format!("there is no city {name:?}")));
-    }
-    let mut found = service.store.generations(&name, query.before, limit + 1).await?;
-    let next = cut(&mut found, limit, |g| g.number);
-    Ok(Json(GenerationPage { generations: found.into_iter().map(GenerationView::of).collect(), next }))
+    found(&service, &name).await?;
+    let all = service.store.generations(&name, query.before, limit + 1).await?;
+    let (generations, next) = page(all, limit, |g| g.number, GenerationView::of);
+    Ok(Json(GenerationPage { generations, next }))
 }
 
 /// Show a generation of a city
@@ -258,9 +256,8 @@ pub(crate) async fn changes(
     State(service): State<Coordinator>,
     _: Caller,
     Path(name): Path<String>,
-    query: Result<Query<ChangesQuery>, QueryRejection>,
+    Query(query): Query<ChangesQuery>,
 ) -> Result<Json<ChangePage>, Problem> {
-    let Query(query) = query?;
     let limit = limit(query.limit, service.limits.page)?;
     // Before the first generation there is nothing, which may be compared with as well.
     let of = async |number: Option<i64>| match number {
@@ -272,8 +269,7 @@ pub(crate) async fn changes(
     if from == 0 && to == 0 {
         chosen(&service, &name, None).await?;
     }
-    let mut found = service.store.changes(&name, from, to, query.after.as_deref(), limit + 1).await?;
-    let next = cut(&mut found, limit, |c| c.id.clone());
-    let changes = found.into_iter().map(|c| ChangeView { id: c.id, change: c.kind.name() }).collect();
+    let all = service.store.changes(&name, from, to, query.after.as_deref(), limit + 1).await?;
+    let (changes, next) = page(all, limit, |c| c.id.clone(), |c| ChangeView { id: c.id, change: c.kind.name() });
     Ok(Json(ChangePage { from, to, changes, next }))
 }

@@ -2,11 +2,11 @@
 
 use super::cities::chosen;
 use super::files::{self, FileView};
+use crate::extract::Query;
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
@@ -75,9 +75,8 @@ pub(crate) async fn tiles(
     State(service): State<Coordinator>,
     _: Caller,
     Path(city): Path<String>,
-    query: Result<Query<GenerationQuery>, QueryRejection>,
+    Query(query): Query<GenerationQuery>,
 ) -> Result<Json<CityTiles>, Problem> {
-    let Query(query) = query?;
     let generation = chosen(&service, &city, query.generation).await?.number;
     let mut tiles: BTreeMap<(u32, u32), TileView> = BTreeMap::new();
     for file in service.store.city_files(&city, generation, TILES).await? {
@@ -100,9 +99,8 @@ pub(crate) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
     Path(city): Path<String>,
-    query: Result<Query<FilesQuery>, QueryRejection>,
+    Query(query): Query<FilesQuery>,
 ) -> Result<Json<CityFiles>, Problem> {
-    let Query(query) = query?;
     let generation = chosen(&service, &city, query.generation).await?.number;
     let found = service.store.city_files(&city, generation, &query.prefix).await?;
     Ok(Json(CityFiles { generation, files: found.iter().map(|f| FileView::of(f, &f.path)).collect() }))
@@ -131,9 +129,8 @@ pub(crate) async fn content(
     _: Caller,
     headers: HeaderMap,
     Path((city, path)): Path<(String, String)>,
-    query: Result<Query<GenerationQuery>, QueryRejection>,
+    Query(query): Query<GenerationQuery>,
 ) -> Result<Response, Problem> {
-    let Query(query) = query?;
     let generation = chosen(&service, &city, query.generation).await?.number;
     let file = service.store.city_file(&city, generation, &path).await?;
     let file =

@@ -1,11 +1,11 @@
 //! What happened to a job: as pages for polling, and as a stream.
 
 use super::jobs::stage_name;
+use crate::extract::Query;
 use crate::pages::{limit, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::sse::{Event as Message, KeepAlive, Sse};
 use axum::routing::get;
@@ -76,9 +76,8 @@ pub(crate) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
     Path(id): Path<String>,
-    query: Result<Query<EventQuery>, QueryRejection>,
+    Query(query): Query<EventQuery>,
 ) -> Result<Json<Vec<EventView>>, Problem> {
-    let Query(query) = query?;
     let (since, limit) = (query.since.unwrap_or(0), limit(query.limit, service.limits.page)?);
     if since < 0 {
         return Err(Problem::query("since has to be 0 or more"));

@@ -1,15 +1,15 @@
 //! Jobs: submitting, finding, steering.
 
-use crate::pages::{cut, limit, tagged, time};
+use crate::extract::{Body, Query};
+use crate::pages::{limit, page, polled, time};
 use crate::problem::Refused;
 use crate::source::{self, Source};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
-use axum::extract::rejection::{JsonRejection, QueryRejection};
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use gable_job_store::{Job, JobFilter, JobState, NewJob, NewTask, Scope, Task, TaskState};
+use gable_job_store::{Job, JobFilter, JobState, NewCallback, NewJob, NewTask, Scope, Store, Task, TaskState};
 use gable_pipeline::params::PARAMETERS;
 use gable_pipeline::{Params, Stage};
 use serde::{Deserialize, Serialize};
@@ -112,7 +112,12 @@ pub(crate) struct JobView {
 
 impl JobView {
     fn of(job: Job) -> Self {
-        let source = serde_json::from_str::<JobRequest>(&job.request).map(|r| r.source).unwrap_or_default();
+        /// What of a request a list shows; the rest is not looked at.
+        #[derive(Deserialize)]
+        struct Shown {
+            source: String,
+        }
+        let source = serde_json::from_str::<Shown>(&job.request).map(|r| r.source).unwrap_or_default();
         Self {
             source,
             state: job.state.name(),
@@ -221,11 +226,10 @@ pub(crate) async fn submit(
     State(service): State<Coordinator>,
     caller: Caller,
     headers: HeaderMap,
-    body: Result<Json<JobRequest>, JsonRejection>,
+    Body(request): Body<JobRequest>,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
-    let Json(request) = body?;
-    let (job, new) = take_in(&service, caller, &headers, request).await?;
+    let (job, new) = take_in(&service, caller, &headers, request, Vec::new()).await?;
     let status = if new { StatusCode::CREATED } else { StatusCode::OK };
     let place = format!("/api/v1/jobs/{}", job.id);
     Ok((status, [(header::LOCATION, place)], Json(JobView::of(job))).into_response())
@@ -237,24 +241,13 @@ pub(crate) async fn take_in(
     caller: Caller,
     headers: &HeaderMap,
     request: JobRequest,
+    callbacks: Vec<NewCallback>,
 ) -> Result<(Job, bool), Problem> {
     check(&request, service).await?;
     let key = headers.get("idempotency-key").map(|v| v.to_str().map(str::to_owned)).transpose();
     let key = key.map_err(|_| Problem::invalid("the idempotency key is not ASCII"))?;
     if key.as_ref().is_some_and(|k| k.is_empty() || k.len() > LONGEST) {
         return Err(Problem::invalid(format!("the idempotency key has to have 1 to {LONGEST} bytes")));
-    }
-    // A repeated submission makes no further job.
-    let known = match &key {
-        Some(key) => service.store.knows_key(&caller.name, key).await?,
-        None => false,
-    };
-    if let Some(most) = caller.max_jobs
-        && !known
-        && service.store.jobs_under_way(&caller.name).await? >= most
-    {
-        let detail = format!("{} may have {most} jobs under way: wait for one, or cancel one", caller.name);
-        return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "quota", "Too many jobs under way", detail));
     }
     let text = serde_json::to_string(&request).map_err(|e| Problem::invalid(e.to_string()))?;
     let first = first_task(&request);
@@ -265,6 +258,8 @@ pub(crate) async fn take_in(
         request: text,
         priority: request.priority,
         tasks: vec![first],
+        max_jobs: caller.max_jobs,
+        callbacks,
     };
     let submitted = service.store.submit(&new).await?;
     Ok((service.store.job(&submitted.id).await?, submitted.new))
@@ -322,9 +317,8 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
 pub(crate) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
-    query: Result<Query<JobQuery>, QueryRejection>,
+    Query(query): Query<JobQuery>,
 ) -> Result<Json<JobPage>, Problem> {
-    let Query(query) = query?;
     let limit = limit(query.limit, service.limits.page)?;
     let filter = JobFilter {
         states: query.state.into_iter().collect(),
@@ -334,9 +328,9 @@ pub(crate) async fn list(
         ..JobFilter::default()
     };
     // One more than asked for, to know whether there is a next page.
-    let mut jobs = service.store.jobs(&filter, limit + 1).await?;
-    let next = cut(&mut jobs, limit, |j| j.id.clone());
-    Ok(Json(JobPage { jobs: jobs.into_iter().map(JobView::of).collect(), next }))
+    let found = service.store.jobs(&filter, limit + 1).await?;
+    let (jobs, next) = page(found, limit, |j| j.id.clone(), JobView::of);
+    Ok(Json(JobPage { jobs, next }))
 }
 
 /// Show a job
@@ -357,13 +351,15 @@ pub(crate) async fn show(
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
-    let job = service.store.job(&id).await?;
-    let counts = service.store.task_counts(&id).await?;
-    let events = job.events.to_string();
+    polled(&service.answers.jobs, &service.store, &id, &headers, || detail(&service.store, &id)).await
+}
+
+async fn detail(store: &Store, id: &str) -> Result<JobDetail, Problem> {
+    let job = store.job(id).await?;
     let request: JobRequest = serde_json::from_str(&job.request)
         .map_err(|_| gable_job_store::JobStoreError::Stored { what: "request of a job", value: job.request.clone() })?;
     let mut progress: BTreeMap<i64, StageProgress> = BTreeMap::new();
-    for ((stage, state), n) in counts {
+    for ((stage, state), n) in store.task_counts(id).await? {
         let entry = progress.entry(stage).or_insert_with(|| StageProgress {
             stage: stage_name(stage),
             ready: 0,
@@ -380,8 +376,7 @@ pub(crate) async fn show(
             TaskState::Cancelled => entry.cancelled += n,
         }
     }
-    let detail = JobDetail { job: JobView::of(job), request, progress: progress.into_values().collect() };
-    Ok(tagged(&headers, &events, || Json(detail).into_response()))
+    Ok(JobDetail { job: JobView::of(job), request, progress: progress.into_values().collect() })
 }
 
 macro_rules! steering {
@@ -440,10 +435,9 @@ pub(crate) async fn set_priority(
     State(service): State<Coordinator>,
     caller: Caller,
     Path(id): Path<String>,
-    body: Result<Json<Priority>, JsonRejection>,
+    Body(Priority { priority }): Body<Priority>,
 ) -> Result<Json<JobView>, Problem> {
     caller.needs(Scope::Submitter)?;
-    let Json(Priority { priority }) = body?;
     if !(-100..=100).contains(&priority) {
         return Err(Problem::invalid("priority has to be -100 to 100"));
     }

@@ -2,12 +2,12 @@
 
 use super::jobs::{JobRequest, check, first_task};
 use crate::cron::Ticks;
-use crate::pages::{limit, time};
+use crate::extract::{Body, Query};
+use crate::pages::{limit, removed, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
-use axum::extract::rejection::{JsonRejection, QueryRejection};
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use gable_job_store::{JobStoreError, Missed, NewSchedule, RunOutcome, Schedule, ScheduleRun, Scope};
 use serde::{Deserialize, Serialize};
@@ -216,9 +216,8 @@ async fn view(service: &Coordinator, name: &str) -> Result<ScheduleView, Problem
 pub(crate) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
-    query: Result<Query<ScheduleQuery>, QueryRejection>,
+    Query(query): Query<ScheduleQuery>,
 ) -> Result<Json<Vec<ScheduleView>>, Problem> {
-    let Query(query) = query?;
     let found = service.store.schedules(query.after.as_deref(), limit(query.limit, service.limits.page)?).await?;
     Ok(Json(found.into_iter().map(ScheduleView::of).collect::<Result<_, _>>()?))
 }
@@ -259,10 +258,9 @@ pub(crate) async fn put(
     State(service): State<Coordinator>,
     caller: Caller,
     Path(name): Path<String>,
-    body: Result<Json<ScheduleRequest>, JsonRejection>,
+    Body(wanted): Body<ScheduleRequest>,
 ) -> Result<(StatusCode, Json<ScheduleView>), Problem> {
     caller.needs(Scope::Operator)?;
-    let Json(wanted) = body?;
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"._-".contains(&b);
     if name.is_empty() || name.len() > LONGEST || !name.bytes().all(plain) {
         let detail = format!("the name of a schedule has 1 to {LONGEST} letters, digits, or . _ -");
@@ -293,7 +291,7 @@ pub(crate) async fn remove(
     Path(name): Path<String>,
 ) -> Result<StatusCode, Problem> {
     caller.needs(Scope::Operator)?;
-    if service.store.remove_schedule(&name).await? { Ok(StatusCode::NO_CONTENT) } else { Err(none(&name)) }
+    removed(service.store.remove_schedule(&name).await?, || none(&name))
 }
 
 /// Submit a schedule's job now, beside its ticks
@@ -335,9 +333,8 @@ pub(crate) async fn runs(
     State(service): State<Coordinator>,
     _: Caller,
     Path(name): Path<String>,
-    query: Result<Query<RunQuery>, QueryRejection>,
+    Query(query): Query<RunQuery>,
 ) -> Result<Json<Vec<RunView>>, Problem> {
-    let Query(query) = query?;
     let most = limit(query.limit, service.limits.page)?;
     service.store.schedule(&name).await?.ok_or_else(|| none(&name))?;
     let found = service.store.schedule_runs(&name, query.before, most).await?;

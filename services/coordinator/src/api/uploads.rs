@@ -1,13 +1,13 @@
 //! Uploads: meshes that users send.
 
-use crate::pages::time;
+use crate::extract::Query;
+use crate::pages::{removed, time};
 use crate::problem::Refused;
 use crate::unpack::{UnpackError, unpack};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::body::Body;
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt as _;
@@ -86,11 +86,10 @@ impl UploadView {
 pub(crate) async fn receive(
     State(service): State<Coordinator>,
     caller: Caller,
-    query: Result<Query<UploadQuery>, QueryRejection>,
+    Query(UploadQuery { name }): Query<UploadQuery>,
     body: Body,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
-    let Query(UploadQuery { name }) = query?;
     let end = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).unwrap_or_default();
     let plain = |c: char| c.is_alphanumeric() || "._- ".contains(c);
     if name.len() > 200 || name.starts_with('.') || !name.chars().all(plain) {
@@ -213,5 +212,5 @@ pub(crate) async fn remove(
 ) -> Result<StatusCode, Problem> {
     caller.needs(Scope::Submitter)?;
     caller.may_steer(&service.store.upload(&id).await?.ok_or_else(|| none(&id))?.owner)?;
-    if service.store.remove_upload(&id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(none(&id)) }
+    removed(service.store.remove_upload(&id).await?, || none(&id))
 }

@@ -1,10 +1,10 @@
 //! Webhooks: who is told of what happens.
 
-use crate::pages::time;
+use crate::extract::Body;
+use crate::pages::{removed, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem, outbound, webhooks};
 use axum::Json;
-use axum::extract::rejection::JsonRejection;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -24,7 +24,7 @@ pub(crate) struct WebhookRequest {
     /// Where messages are posted to: an address of the public internet, unless the service was started with `--private-webhooks`.
     #[schema(min_length = 1, max_length = 2000)]
     url: String,
-    /// Of what; of everything if not given.
+    /// Of what; if not given, of everything but `job.progressed`, which tells each stage of each job.
     #[serde(default)]
     #[schema(schema_with = event_names)]
     events: Vec<WebhookEvent>,
@@ -134,10 +134,9 @@ fn none(id: &str) -> Problem {
 pub(crate) async fn create(
     State(service): State<Coordinator>,
     caller: Caller,
-    body: Result<Json<WebhookRequest>, JsonRejection>,
+    Body(wanted): Body<WebhookRequest>,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Operator)?;
-    let Json(wanted) = body?;
     outbound::checked(&wanted.url, service.limits.private_webhooks)
         .map_err(|e| Problem::invalid(format!("url: {e}")))?;
     if wanted.city.as_ref().is_some_and(|c| c.len() > 200) {
@@ -166,6 +165,7 @@ pub(crate) async fn create(
         city: wanted.city,
         enabled: true,
         created: 0,
+        callback: None,
     };
     service.store.add_webhook(&webhook).await?;
     let made = service.store.webhook(&webhook.id).await?.ok_or_else(|| none(&webhook.id))?;
@@ -204,7 +204,7 @@ pub(crate) async fn remove(
     Path(id): Path<String>,
 ) -> Result<StatusCode, Problem> {
     caller.needs(Scope::Operator)?;
-    if service.store.remove_webhook(&id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(none(&id)) }
+    removed(service.store.remove_webhook(&id).await?, || none(&id))
 }
 
 /// The last messages to a webhook, newest first

@@ -4,13 +4,13 @@ use super::jobs::status_info;
 use super::processes::{CITY_MODEL, ECHO, echo_values, exists};
 use super::{Base, no_such_process};
 use crate::api::jobs::{JobRequest, take_in};
-use crate::{Caller, Coordinator, Problem};
+use crate::extract::Body;
+use crate::{Caller, Coordinator, Problem, outbound};
 use axum::Json;
-use axum::extract::rejection::JsonRejection;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use gable_job_store::Scope;
+use gable_job_store::{NewCallback, Scope, WebhookEvent};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -23,6 +23,39 @@ pub(super) struct Execute {
     outputs: Option<Map<String, Value>>,
     #[serde(default)]
     response: ResponseForm,
+    /// Who is told how the job goes.
+    subscriber: Option<Subscriber>,
+}
+
+/// Addresses that are told how a job goes.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Subscriber {
+    /// Gets the results.
+    success_uri: Option<String>,
+    /// Gets the status when the job begins, and at each further stage.
+    in_progress_uri: Option<String>,
+    /// Gets the status when the job has failed or was dismissed.
+    failed_uri: Option<String>,
+}
+
+impl Subscriber {
+    /// What is to be kept of it. `private`: also addresses that are not public.
+    fn callbacks(self, base: &Base, private: bool) -> Result<Vec<NewCallback>, Problem> {
+        use WebhookEvent::{JobCancelled, JobFailed, JobPartial, JobProgressed, JobSucceeded};
+        let wanted = [
+            ("successUri", self.success_uri, vec![JobSucceeded, JobPartial]),
+            ("inProgressUri", self.in_progress_uri, vec![JobProgressed]),
+            ("failedUri", self.failed_uri, vec![JobFailed, JobCancelled]),
+        ];
+        let given = wanted.into_iter().filter_map(|(name, url, events)| Some((name, url?, events)));
+        given
+            .map(|(name, url, events)| match outbound::checked(&url, private) {
+                Ok(_) => Ok(NewCallback { url, events, base: base.0.clone() }),
+                Err(e) => Err(bad_input(format!("subscriber.{name}: {e}"))),
+            })
+            .collect()
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -41,13 +74,12 @@ pub(super) async fn execute(
     base: Base,
     headers: HeaderMap,
     Path(process): Path<String>,
-    body: Result<Json<Execute>, JsonRejection>,
+    Body(request): Body<Execute>,
 ) -> Result<Response, Problem> {
     if !exists(&process) {
         return Err(no_such_process(&process));
     }
     caller.needs(Scope::Submitter)?;
-    let Json(request) = body?;
     match process.as_str() {
         ECHO => echo(&request),
         _ => city_model(&service, caller, &base, &headers, request).await,
@@ -74,7 +106,8 @@ async fn city_model(
     let inputs: Map<String, Value> = request.inputs.into_iter().map(|(name, input)| (name, value(input))).collect();
     let wanted: JobRequest = serde_json::from_value(inputs.into())
         .map_err(|e| bad_input(format!("inputs: {e}; /ogc/processes/{CITY_MODEL} describes them")))?;
-    let (job, _) = take_in(service, caller, headers, wanted).await?;
+    let callbacks = request.subscriber.map(|s| s.callbacks(base, service.limits.private_webhooks)).transpose()?;
+    let (job, _) = take_in(service, caller, headers, wanted, callbacks.unwrap_or_default()).await?;
     let place = base.href(&format!("/ogc/jobs/{}", job.id));
     // Whatever was preferred, it is done later.
     let fields = [
@@ -85,6 +118,9 @@ async fn city_model(
 }
 
 fn echo(request: &Execute) -> Result<Response, Problem> {
+    if request.subscriber.is_some() {
+        return Err(bad_input(format!("{ECHO} is executed at once, so there is no job to tell a subscriber of")));
+    }
     let known = echo_values();
     let mut outputs = Map::new();
     for (name, input) in &request.inputs {
@@ -148,5 +184,6 @@ mod tests {
         assert_eq!(status(json!({ "inputs": { "text": 1 } })), Err(400));
         assert_eq!(status(json!({ "inputs": { "colour": 1 } })), Err(400));
         assert_eq!(status(json!({ "inputs": {}, "outputs": { "colour": {} } })), Err(400));
+        assert_eq!(status(json!({ "inputs": {}, "subscriber": { "successUri": "https://example.com/" } })), Err(400));
     }
 }

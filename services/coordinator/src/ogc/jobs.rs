@@ -2,14 +2,14 @@
 
 use super::processes::{CITY_MODEL, CITY_OUTPUTS};
 use super::{Base, JSON, exception, no_such_job};
-use crate::pages::{cut, limit, time};
+use crate::extract::Query;
+use crate::pages::{limit, page, time};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
-use gable_job_store::{Job, JobFilter, JobState, JobStoreError, TaskState};
+use gable_job_store::{Callback, Job, JobFilter, JobState, JobStoreError, Store, TaskState, WebhookEvent};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -60,11 +60,11 @@ async fn found(service: &Coordinator, id: &str) -> Result<Job, Problem> {
 }
 
 /// Percent of the tasks known so far that are over.
-async fn progress(service: &Coordinator, job: &Job) -> Result<i64, Problem> {
+async fn progress(store: &Store, job: &Job) -> Result<i64, JobStoreError> {
     if matches!(job.state, JobState::Successful | JobState::Partial) {
         return Ok(100);
     }
-    let counts = service.store.task_counts(&job.id).await?;
+    let counts = store.task_counts(&job.id).await?;
     let all: i64 = counts.values().sum();
     let over: i64 = counts
         .iter()
@@ -81,7 +81,7 @@ pub(super) async fn show(
     Path(id): Path<String>,
 ) -> Result<Json<Value>, Problem> {
     let job = found(&service, &id).await?;
-    let progress = progress(&service, &job).await?;
+    let progress = progress(&service.store, &job).await?;
     Ok(Json(status_info(&base, &job, Some(progress))))
 }
 
@@ -128,15 +128,37 @@ pub(super) async fn results(
             return Err(Problem::new(StatusCode::NOT_FOUND, kind, "There are no results yet", detail));
         }
     }
+    Ok(Json(outputs(&service.store, &base, &id).await?).into_response())
+}
+
+/// The outputs of a job: links to the files that it has made.
+async fn outputs(store: &Store, base: &Base, job: &str) -> Result<Value, JobStoreError> {
     let mut outputs = Map::new();
     for (name, file, media_type, title) in CITY_OUTPUTS {
-        if service.store.artifacts_at(&id, &[format!("result/{file}")]).await?.is_empty() {
+        if store.artifacts_at(job, &[format!("result/{file}")]).await?.is_empty() {
             continue;
         }
-        let href = base.href(&format!("/api/v1/jobs/{id}/files/{file}"));
+        let href = base.href(&format!("/api/v1/jobs/{job}/files/{file}"));
         outputs.insert(name.to_owned(), json!({ "href": href, "rel": "item", "type": media_type, "title": title }));
     }
-    Ok(Json(outputs).into_response())
+    Ok(outputs.into())
+}
+
+/// What the subscriber of a job is told: the results, or how it is. None if what was to be told is over by now.
+///
+/// # Errors
+/// If the database does not answer.
+pub(crate) async fn callback(
+    store: &Store,
+    about: &Callback,
+    event: WebhookEvent,
+) -> Result<Option<Value>, JobStoreError> {
+    let (base, job) = (Base(about.base.clone()), store.job(&about.job).await?);
+    Ok(match event {
+        WebhookEvent::JobSucceeded | WebhookEvent::JobPartial => Some(outputs(store, &base, &job.id).await?),
+        WebhookEvent::JobProgressed if job.state.is_over() => None,
+        _ => Some(status_info(&base, &job, Some(progress(store, &job).await?))),
+    })
 }
 
 /// Which jobs.
@@ -162,12 +184,11 @@ pub(super) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
     base: Base,
-    query: Result<Query<ListQuery>, QueryRejection>,
+    Query(query): Query<ListQuery>,
 ) -> Result<Json<Value>, Problem> {
-    let Query(query) = query?;
     let limit = limit(query.limit, service.limits.page)?;
     let among = |list: &Option<String>, name: &str| list.as_ref().is_none_or(|l| l.split(',').any(|one| one == name));
-    let mut jobs = Vec::new();
+    let mut found = Vec::new();
     if among(&query.r#type, "process") && among(&query.process_id, CITY_MODEL) {
         let states = states(query.status.as_deref())?;
         let (from, to) = interval(query.datetime.as_deref())?;
@@ -180,9 +201,9 @@ pub(super) async fn list(
             before: query.before.clone(),
             ..JobFilter::default()
         };
-        jobs = service.store.jobs(&filter, limit + 1).await?;
+        found = service.store.jobs(&filter, limit + 1).await?;
     }
-    let next = cut(&mut jobs, limit, |j| j.id.clone());
+    let (jobs, next) = page(found, limit, |j| j.id.clone(), |job| status_info(&base, &job, None));
     let mut links = vec![base.link("/jobs", "self", JSON, "This list")];
     if let Some(next) = next {
         let mut path = format!("/jobs?limit={limit}&before={next}");
@@ -196,7 +217,6 @@ pub(super) async fn list(
         }
         links.push(base.link(&path, "next", JSON, "Earlier jobs"));
     }
-    let jobs: Vec<Value> = jobs.iter().map(|job| status_info(&base, job, None)).collect();
     Ok(Json(json!({ "jobs": jobs, "links": links })))
 }
 

@@ -1,6 +1,6 @@
 //! OGC API – Processes 1.0 (OGC 18-062r2) at `/ogc`, over the same jobs as `/api/v1`.
 //!
-//! Conformance classes: core, OGC process description, JSON, OpenAPI 3.0, job list, dismiss. `city-model` runs
+//! Conformance classes: core, OGC process description, JSON, OpenAPI 3.0, job list, dismiss, callback. `city-model` runs
 //! asynchronously, `echo` synchronously.
 
 mod execution;
@@ -91,7 +91,7 @@ async fn landing(_: Caller, base: Base) -> Json<Value> {
 }
 
 async fn conformance(_: Caller) -> Json<Value> {
-    let names = ["core", "ogc-process-description", "json", "oas30", "job-list", "dismiss"];
+    let names = ["core", "ogc-process-description", "json", "oas30", "job-list", "dismiss", "callback"];
     let classes = names.map(|name| format!("http://www.opengis.net/spec/ogcapi-processes-1/1.0/conf/{name}"));
     Json(json!({ "conformsTo": classes }))
 }
@@ -111,3 +111,4 @@ fn no_such_job(id: &str) -> Problem {
 }
 
 pub(crate) use exception;
+pub(crate) use jobs::callback;

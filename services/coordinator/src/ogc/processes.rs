@@ -1,11 +1,11 @@
 //! The processes and their descriptions.
 
 use super::{Base, JSON, no_such_process};
+use crate::extract::Query;
 use crate::pages::limit;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
-use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Path, State};
 use gable_pipeline::params::PRESETS;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -107,9 +107,9 @@ pub(super) async fn list(
     State(service): State<Coordinator>,
     _: Caller,
     base: Base,
-    query: Result<Query<ListQuery>, QueryRejection>,
+    Query(query): Query<ListQuery>,
 ) -> Result<Json<Value>, Problem> {
-    let limit = usize::try_from(limit(query?.limit, service.limits.page)?).unwrap_or(usize::MAX);
+    let limit = usize::try_from(limit(query.limit, service.limits.page)?).unwrap_or(usize::MAX);
     let processes: Vec<Value> =
         [CITY_MODEL, ECHO].into_iter().take(limit).filter_map(|name| summary(&base, name)).collect();
     let links = [base.link("/processes", "self", JSON, "This list")];

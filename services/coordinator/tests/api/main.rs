@@ -1,13 +1,15 @@
 //! The API over real HTTP.
 
-use gable_coordinator::{Coordinator, Feed, Limits, NewToken, create_token, document, router};
-use gable_job_store::{Artifact, Blobs, Finished, Retry, Scope, Store};
+use gable_coordinator::{Coordinator, Limits, NewToken, create_token, document, router};
+use gable_job_store::{Artifact, Blobs, Claim, Finished, Retry, Scope, Store};
 use serde_json::{Value, json};
 use std::time::Duration;
 
 mod cities;
 mod ogc;
+mod schedules;
 mod security;
+mod webhooks;
 
 /// A service with an empty database, and the worker's side of it.
 struct Service {
@@ -17,18 +19,18 @@ struct Service {
 }
 
 async fn start() -> Service {
+    start_with(Limits { body: 10_000, time: Duration::from_secs(20), page: 50, ..Limits::default() }).await
+}
+
+async fn start_with(limits: Limits) -> Service {
     let folder = tempfile::tempdir().expect("a folder");
     let base = folder.path().canonicalize().expect("absolute");
     let root = base.join("meshes");
     std::fs::create_dir(&root).expect("made");
     std::fs::write(root.join("mesh.obj"), "v 0 0 0\n").expect("written");
-    let parts = Coordinator {
-        store: Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens"),
-        blobs: Blobs::in_folder(&base.join("blobs")).expect("opens"),
-        roots: vec![root],
-        limits: Limits { body: 10_000, time: Duration::from_secs(20), page: 50, ..Limits::default() },
-        feed: Feed::default(),
-    };
+    let store = Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens");
+    let blobs = Blobs::in_folder(&base.join("blobs")).expect("opens");
+    let parts = Coordinator::new(store, blobs, vec![root], limits);
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));
     let app = router(parts.clone());
@@ -107,8 +109,12 @@ impl Service {
         answer.json()["id"].as_str().expect("an id").to_owned()
     }
 
+    async fn claim(&self) -> Claim {
+        self.parts.store.claim("w", Duration::from_secs(60)).await.expect("claims").expect("a task")
+    }
+
     async fn finish_next(&self, result: Finished) {
-        let held = self.parts.store.claim("w", Duration::from_secs(60)).await.expect("claims").expect("a task");
+        let held = self.claim().await;
         self.parts.store.finish(&held, &result).await.expect("finishes");
     }
 }
@@ -164,6 +170,8 @@ async fn a_job_is_submitted_watched_and_fetched() {
     assert_eq!(known.status, 304);
     let outside = service.ask("GET", &address, &[("range", "bytes=99-")], None).await;
     assert_eq!(outside.problem(416, "range"), format!("the file has {} bytes", content.len()));
+    let packed = service.ask("GET", "/api/v1/openapi.json", &[("accept-encoding", "gzip")], None).await;
+    assert_eq!((packed.header("content-encoding"), &packed.body[..2]), ("gzip", &[0x1f, 0x8b][..]));
     service.get(&format!("{place}/files/blocks/0_0.block")).await.problem(404, "not-found");
     service.get(&format!("{place}/files/../blocks/0_0.block")).await.problem(404, "not-found");
 }
@@ -223,7 +231,7 @@ async fn jobs_are_steered() {
         )
         .await;
     assert_eq!(raised.json()["priority"], 9);
-    let held = service.parts.store.claim("w", Duration::from_secs(60)).await.expect("claims").expect("a task");
+    let held = service.claim().await;
     service.parts.store.fail(&held, "mesh.obj: line 1: no faces", Retry::Never).await.expect("fails");
     let failed = service.get(&format!("/api/v1/jobs/{id}")).await.json();
     assert_eq!((&failed["state"], &failed["reason"]), (&json!("failed"), &json!("mesh.obj: line 1: no faces")));
@@ -319,6 +327,19 @@ async fn tokens_close_the_service() {
     service.ask("POST", &cancel, &[("authorization", &bob)], None).await.problem(403, "forbidden");
     assert_eq!(service.ask("POST", &cancel, &[("authorization", &root)], None).await.status, 200);
     assert_eq!(service.submit(&request, &[("authorization", &ann)]).await.status, 201, "the quota is free again");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_quota_holds_for_submissions_at_once() {
+    let service = start().await;
+    let new = NewToken { name: "ann".to_owned(), scope: Scope::Submitter, max_jobs: Some(3), expires: None };
+    let token = create_token(&service.parts.store, &new).await.expect("made").expect("the name is free");
+    let token = format!("Bearer {token}");
+    let request = json!({ "source": "mesh.obj", "city": "delft" });
+    let header = [("authorization", &*token)];
+    let all = futures_util::future::join_all((0..20).map(|_| service.submit(&request, &header))).await;
+    let with = |status: u16| all.iter().filter(|a| a.status == status).count();
+    assert_eq!((with(201), with(429)), (3, 17), "{:?}", all.iter().map(|a| a.status).collect::<Vec<_>>());
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

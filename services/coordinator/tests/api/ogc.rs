@@ -1,6 +1,8 @@
 //! OGC API – Processes.
 
-use crate::{Answer, Service, start};
+use crate::webhooks::{Got, receiver};
+use crate::{Answer, Service, start, start_with};
+use gable_coordinator::Limits;
 use gable_job_store::{Artifact, Finished, Retry};
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -27,13 +29,10 @@ async fn a_client_finds_its_way_from_the_landing_page() {
         assert_eq!(service.get(path).await.status, 200, "{relation}");
     }
     let classes = service.get("/ogc/conformance").await.json();
-    assert!(
-        classes["conformsTo"]
-            .as_array()
-            .expect("a list")
-            .iter()
-            .any(|c| c.as_str().is_some_and(|c| c.ends_with("/conf/core")))
-    );
+    let classes = classes["conformsTo"].as_array().expect("a list").clone();
+    for class in ["core", "job-list", "dismiss", "callback"] {
+        assert!(classes.iter().any(|c| c.as_str().is_some_and(|c| c.ends_with(&format!("/conf/{class}")))), "{class}");
+    }
     let api = service.get("/ogc/api").await;
     assert_eq!(api.header("content-type"), "application/vnd.oai.openapi+json;version=3.0");
     assert!(api.json()["openapi"].as_str().is_some_and(|v| v.starts_with("3.0")));
@@ -107,7 +106,7 @@ async fn jobs_are_listed_and_dismissed() {
     let service = start().await;
     let [done, failed, waiting] = [service.new_job().await, service.new_job().await, service.new_job().await];
     service.finish_next(Finished::default()).await;
-    let held = service.parts.store.claim("w", Duration::from_secs(60)).await.expect("claims").expect("a task");
+    let held = service.claim().await;
     service.parts.store.fail(&held, "no faces", Retry::Never).await.expect("fails");
     let found = async |query: &str| {
         let list = service.get(&format!("/ogc/jobs?{query}")).await.json();
@@ -136,4 +135,81 @@ async fn jobs_are_listed_and_dismissed() {
     service.ask("DELETE", &place, &[], None).await.problem(410, "dismissed");
     let missing = "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/no-such-job";
     service.get("/ogc/jobs/none").await.problem(404, missing);
+}
+
+/// The next message, which has to go to this receiver and be JSON.
+async fn next(got: &mut std::sync::mpsc::Receiver<Got>, to: &str) -> Value {
+    let begin = std::time::Instant::now();
+    let message = loop {
+        if let Ok(message) = got.try_recv() {
+            break message;
+        }
+        assert!(begin.elapsed() < Duration::from_secs(20), "{to} is told nothing");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    };
+    assert!(message.line.contains(&format!("&to={to} ")), "{}: {}", message.line, message.body);
+    assert_eq!(message.headers["content-type"], "application/json");
+    assert!(!message.headers.contains_key("webhook-signature"), "there is no secret to sign with");
+    serde_json::from_str(&message.body).expect("JSON")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn subscribers_are_told_how_their_job_goes() {
+    let service = start_with(Limits { private_webhooks: true, ..Limits::default() }).await;
+    let (url, mut got) = receiver(&[]);
+    let subscriber = json!({ "successUri": format!("{url}&to=done"), "inProgressUri": format!("{url}&to=going"),
+        "failedUri": format!("{url}&to=failed") });
+    let inputs = json!({ "source": "mesh.obj", "city": "delft" });
+    let order = json!({ "inputs": inputs, "subscriber": subscriber });
+    let (stop, stopped) = tokio::sync::watch::channel(false);
+    let story = async {
+        let made = execute(&service, "city-model", &order).await;
+        assert_eq!(made.status, 201, "{}", made.json());
+        let held = service.claim().await;
+        let going = next(&mut got, "going").await;
+        assert_eq!((&going["jobID"], &going["status"]), (&made.json()["jobID"], &json!("running")));
+        let place = format!("{}/ogc/jobs/{}", service.address, held.job);
+        assert_eq!(link(&going, "self"), place, "links lead to the service as the client saw it");
+        let blob = service.parts.blobs.put(b"{}".to_vec()).await.expect("put");
+        let artifacts = vec![Artifact { path: "result/index.json".to_owned(), blob, bytes: 2 }];
+        let done = Finished { artifacts, ..Finished::default() };
+        service.parts.store.finish(&held, &done).await.expect("finishes");
+        let done = next(&mut got, "done").await;
+        assert_eq!(done, service.get(&format!("/ogc/jobs/{}/results", held.job)).await.json());
+        assert!(done["index"]["href"].as_str().is_some_and(|h| h.starts_with(&service.address)), "{done}");
+
+        let made = execute(&service, "city-model", &order).await.json();
+        let id = made["jobID"].as_str().expect("an id");
+        service.parts.store.cancel(id).await.expect("cancelled");
+        let failed = next(&mut got, "failed").await;
+        assert_eq!((&failed["jobID"], &failed["status"]), (&json!(id), &json!("dismissed")));
+
+        // Without a subscriber, nobody is told anything; nor of what is told already.
+        execute(&service, "city-model", &json!({ "inputs": inputs })).await;
+        let _ = service.claim().await;
+        tokio::time::sleep(Duration::from_millis(1200)).await;
+        assert_eq!(got.try_iter().count(), 0);
+        stop.send_replace(true);
+    };
+    let delivering = gable_coordinator::deliver(&service.parts.store, true, stopped);
+    let ((), delivered) = tokio::join!(story, delivering);
+    delivered.expect("requests can be made");
+    assert_eq!(service.get("/api/v1/webhooks").await.json(), json!([]), "subscribers are no webhooks");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn subscribers_at_addresses_that_are_not_public_are_refused() {
+    let service = start().await;
+    let inputs = json!({ "source": "mesh.obj", "city": "delft" });
+    for (member, address, reason) in [
+        ("successUri", "http://127.0.0.1:9/hook", "not a public address"),
+        ("failedUri", "http://169.254.169.254/latest/meta-data", "not a public address"),
+        ("inProgressUri", "file:///etc/passwd", "is no address"),
+    ] {
+        let order = json!({ "inputs": inputs, "subscriber": { member: address } });
+        let kind = "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/invalid-parameter-value";
+        let detail = execute(&service, "city-model", &order).await.problem(400, kind);
+        assert!(detail.contains(member) && detail.contains(reason), "{detail}");
+    }
+    assert_eq!(service.get("/api/v1/jobs").await.json()["jobs"], json!([]), "nothing was taken in");
 }

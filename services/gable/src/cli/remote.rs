@@ -13,13 +13,28 @@ pub(crate) struct RemoteArgs {
     /// Token for it; gable token create makes one
     #[arg(long, value_name = "TOKEN", env = "GABLE_TOKEN", hide_env_values = true)]
     pub(crate) token: Option<String>,
+    /// Certificates, as PEM, of the authorities to trust for https:// instead of those that the system trusts
+    #[arg(long, value_name = "FILE", env = "GABLE_CA_FILE")]
+    pub(crate) ca_file: Option<PathBuf>,
+}
+
+/// Which job, and how to tell of it.
+#[derive(Args, Debug)]
+pub(crate) struct JobArgs {
+    /// Id of the job
+    pub(crate) job: String,
+    /// Print the job as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) remote: RemoteArgs,
 }
 
 const SUBMIT_HELP: &str = "\
 Examples:
   gable submit mesh.obj --city delft
   gable submit delft/Production_1 --city delft --preset fast --set sampling.step=0.3 --watch
-  GABLE_URL=http://gable.example:8080 GABLE_TOKEN=gable_… gable submit mesh.obj --city delft --json
+  GABLE_URL=https://gable.example GABLE_TOKEN=gable_… gable submit mesh.obj --city delft --json
 
 SOURCE is a path under a source root of the service (gable serve --source-root). Prints the id of the job.
 With --watch the exit code is that of the job: 0 successful, 1 failed or cancelled, 3 partial.";
@@ -100,13 +115,8 @@ Tasks under way are stopped at their next heartbeat. Results of a job that was c
 #[derive(Args, Debug)]
 #[command(after_help = CANCEL_HELP)]
 pub(crate) struct CancelArgs {
-    /// Id of the job
-    pub(crate) job: String,
-    /// Print the job as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) remote: RemoteArgs,
+    pub(crate) of: JobArgs,
 }
 
 const RETRY_HELP: &str = "\
@@ -120,16 +130,11 @@ Does again what failed of a partial or failed job, and what depends on it.";
 #[derive(Args, Debug)]
 #[command(after_help = RETRY_HELP)]
 pub(crate) struct RetryArgs {
-    /// Id of the job
-    pub(crate) job: String,
     /// Wait until the job is over, and tell how far it is
     #[arg(long)]
     pub(crate) watch: bool,
-    /// Print the job as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) remote: RemoteArgs,
+    pub(crate) of: JobArgs,
 }
 
 const DOWNLOAD_HELP: &str = "\

@@ -1,6 +1,6 @@
 //! `gable submit`, `status`, `cancel`, `retry`: jobs of a service on another machine.
 
-use crate::cli::{CancelArgs, RetryArgs, StatusArgs, SubmitArgs};
+use crate::cli::{CancelArgs, JobArgs, RetryArgs, StatusArgs, SubmitArgs};
 use crate::exit::{Outcome, UsageError};
 use crate::remote::{Remote, RemoteError};
 use crate::{table, terminal};
@@ -83,17 +83,22 @@ pub(crate) fn status(args: &StatusArgs) -> anyhow::Result<Outcome> {
 
 /// Cancels a job.
 pub(crate) fn cancel(args: &CancelArgs) -> anyhow::Result<Outcome> {
-    let remote = Remote::new(&args.remote)?;
-    let job = remote.post(&format!("/jobs/{}/cancel", escaped(&args.job)), &[], None)?;
-    tell(&job, args.json, "state");
+    let (_, job) = steered(&args.of, "cancel")?;
+    tell(&job, args.of.json, "state");
     Ok(Outcome::Success)
 }
 
 /// Does what failed of a job again.
 pub(crate) fn retry(args: &RetryArgs) -> anyhow::Result<Outcome> {
-    let remote = Remote::new(&args.remote)?;
-    let job = remote.post(&format!("/jobs/{}/retry", escaped(&args.job)), &[], None)?;
-    end(&remote, job, args.watch, args.json)
+    let (remote, job) = steered(&args.of, "retry")?;
+    end(&remote, job, args.watch, args.of.json)
+}
+
+/// Has something done with a job; gives the service, and the job afterwards.
+fn steered(of: &JobArgs, what: &str) -> anyhow::Result<(Remote, Value)> {
+    let remote = Remote::new(&of.remote)?;
+    let job = remote.post(&format!("/jobs/{}/{what}", escaped(&of.job)), &[], None)?;
+    Ok((remote, job))
 }
 
 /// Tells a job; with `watch`, when it is over.

@@ -4,7 +4,7 @@ use crate::cli::ServeArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
-use gable_coordinator::{Coordinator, Feed, Limits, Patience};
+use gable_coordinator::{Coordinator, Limits, Patience};
 
 /// Serves until it is stopped.
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -27,18 +27,13 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         .map_err(|e| UsageError(format!("--listen {}: {e}", args.listen)))?;
     let address = listener.local_addr()?;
     let workers = if args.all { service::workers(&parts, &args.keep, &args.slots)? } else { Vec::new() };
-    let coordinator = Coordinator {
-        store: parts.store.clone(),
-        blobs: parts.blobs.clone(),
-        roots: parts.roots.clone(),
-        limits: Limits {
-            upload: args.upload_size << 20,
-            unpacked: args.upload_size << 22,
-            private_webhooks: args.private_webhooks,
-            ..Limits::default()
-        },
-        feed: Feed::default(),
+    let limits = Limits {
+        upload: args.upload_size << 20,
+        unpacked: args.upload_size << 22,
+        private_webhooks: args.private_webhooks,
+        ..Limits::default()
     };
+    let coordinator = Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.roots.clone(), limits);
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));
     let working = service::work(workers, stop.clone());

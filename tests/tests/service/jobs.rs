@@ -1,5 +1,4 @@
 //! The service as a user meets it: `gable serve --all`, a job over REST, and the files of `gable run`.
-#![cfg(unix)]
 
 use gable_tests::{Database, Files, Service, files_of, run_gable, same_models, signal, town};
 use serde_json::json;

@@ -1,59 +1,21 @@
-//! Schedules and webhooks over real HTTP; and the clock that ticks.
+//! Schedules and webhooks; and the clock that ticks.
 
-use gable_coordinator::{Coordinator, Feed, Limits, router};
-use gable_job_store::{Blobs, Missed, NewSchedule, Store};
+use crate::{Service, start};
+use gable_job_store::{Missed, NewSchedule};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
-struct Service {
-    address: String,
-    parts: Coordinator,
-    _folder: tempfile::TempDir,
+/// Status and body of an answer.
+async fn ask(service: &Service, method: &str, path: &str, body: Value) -> (u16, Value) {
+    let (path, json) = (format!("/api/v1{path}"), [("content-type", "application/json")]);
+    let answer = service.ask(method, &path, &json, Some(body.to_string())).await;
+    (answer.status, serde_json::from_slice(&answer.body).unwrap_or(Value::Null))
 }
 
-async fn start() -> Service {
-    let folder = tempfile::tempdir().expect("a folder");
-    let base = folder.path().canonicalize().expect("absolute");
-    std::fs::write(base.join("mesh.obj"), "v 0 0 0\n").expect("written");
-    let parts = Coordinator {
-        store: Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens"),
-        blobs: Blobs::in_folder(&base.join("blobs")).expect("opens"),
-        roots: vec![base],
-        limits: Limits::default(),
-        feed: Feed::default(),
-    };
-    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
-    let address = format!("http://{}/api/v1", listener.local_addr().expect("an address"));
-    let app = router(parts.clone());
-    tokio::spawn(async move { axum::serve(listener, app).await });
-    Service { address, parts, _folder: folder }
-}
-
-impl Service {
-    /// Status and body of an answer.
-    async fn ask(&self, method: &str, path: &str, body: Value) -> (u16, Value) {
-        let request = ureq::http::Request::builder().method(method).uri(format!("{}{path}", self.address));
-        let request = request.header("content-type", "application/json").body(body.to_string()).expect("a request");
-        tokio::task::spawn_blocking(move || {
-            let agent: ureq::Agent = ureq::Agent::config_builder()
-                .http_status_as_error(false)
-                .allow_non_standard_methods(true)
-                .timeout_global(Some(Duration::from_secs(30)))
-                .build()
-                .into();
-            let mut answer = agent.run(request).expect("an answer");
-            let body = answer.body_mut().read_to_string().expect("a body");
-            (answer.status().as_u16(), serde_json::from_str(&body).unwrap_or(Value::Null))
-        })
-        .await
-        .expect("it ends")
-    }
-
-    async fn refused(&self, method: &str, path: &str, body: Value, status: u16, detail: &str) {
-        let (found, told) = self.ask(method, path, body).await;
-        let said = told["detail"].as_str().unwrap_or_default();
-        assert!(found == status && said.contains(detail), "{found} {told}");
-    }
+async fn refused(service: &Service, method: &str, path: &str, body: Value, status: u16, detail: &str) {
+    let (found, told) = ask(service, method, path, body).await;
+    let said = told["detail"].as_str().unwrap_or_default();
+    assert!(found == status && said.contains(detail), "{found} {told}");
 }
 
 fn nightly() -> Value {
@@ -68,7 +30,7 @@ fn with(mut body: Value, member: &str, value: Value) -> Value {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn schedules_are_made_shown_changed_run_and_removed() {
     let service = start().await;
-    let (status, made) = service.ask("PUT", "/schedules/nightly", nightly()).await;
+    let (status, made) = ask(&service, "PUT", "/schedules/nightly", nightly()).await;
     assert_eq!(status, 201, "{made}");
     assert_eq!((&made["missed"], &made["enabled"], &made["runs"]), (&json!("skip"), &json!(true), &json!(0)));
     let next: Vec<&str> =
@@ -76,25 +38,25 @@ async fn schedules_are_made_shown_changed_run_and_removed() {
     assert_eq!(next.len(), 5);
     assert!(next.iter().all(|n| n.ends_with("T00:30:00Z") || n.ends_with("T01:30:00Z")), "{next:?}");
     let changed = with(with(nightly(), "missed", json!("once")), "enabled", json!(false));
-    let (status, made) = service.ask("PUT", "/schedules/nightly", changed).await;
+    let (status, made) = ask(&service, "PUT", "/schedules/nightly", changed).await;
     assert_eq!((status, &made["missed"], &made["next"]), (200, &json!("once"), &json!([])));
-    let (_, listed) = service.ask("GET", "/schedules", Value::Null).await;
+    let (_, listed) = ask(&service, "GET", "/schedules", Value::Null).await;
     assert_eq!((listed.as_array().map(Vec::len), &listed[0]["name"]), (Some(1), &json!("nightly")));
-    assert_eq!(service.ask("GET", "/schedules/nightly", Value::Null).await, (200, made));
+    assert_eq!(ask(&service, "GET", "/schedules/nightly", Value::Null).await, (200, made));
 
-    let (status, run) = service.ask("POST", "/schedules/nightly/run", Value::Null).await;
+    let (status, run) = ask(&service, "POST", "/schedules/nightly/run", Value::Null).await;
     assert_eq!((status, &run["outcome"], &run["number"]), (201, &json!("submitted"), &json!(1)));
-    let (_, job) = service.ask("GET", &format!("/jobs/{}", run["job"].as_str().expect("an id")), Value::Null).await;
+    let (_, job) = ask(&service, "GET", &format!("/jobs/{}", run["job"].as_str().expect("an id")), Value::Null).await;
     assert_eq!((&job["city"], &job["state"]), (&json!("delft"), &json!("accepted")));
-    service.refused("POST", "/schedules/nightly/run", Value::Null, 409, "is not over").await;
-    let (_, runs) = service.ask("GET", "/schedules/nightly/runs", Value::Null).await;
+    refused(&service, "POST", "/schedules/nightly/run", Value::Null, 409, "is not over").await;
+    let (_, runs) = ask(&service, "GET", "/schedules/nightly/runs", Value::Null).await;
     assert_eq!((runs[0]["outcome"].as_str(), runs[1].clone()), (Some("overlap"), run));
 
-    assert_eq!(service.ask("DELETE", "/schedules/nightly", Value::Null).await.0, 204);
+    assert_eq!(ask(&service, "DELETE", "/schedules/nightly", Value::Null).await.0, 204);
     for (method, path) in
         [("GET", "/nightly"), ("DELETE", "/nightly"), ("POST", "/nightly/run"), ("GET", "/nightly/runs")]
     {
-        service.refused(method, &format!("/schedules{path}"), Value::Null, 404, "no schedule \"nightly\"").await;
+        refused(&service, method, &format!("/schedules{path}"), Value::Null, 404, "no schedule \"nightly\"").await;
     }
 }
 
@@ -111,11 +73,11 @@ async fn schedules_that_do_not_hold_are_refused() {
         (with(nightly(), "job", json!({ "source": "mesh.obj", "city": "" })), "city"),
         (with(nightly(), "more", json!(1)), "more"),
     ] {
-        service.refused("PUT", "/schedules/nightly", body, 422, detail).await;
+        refused(&service, "PUT", "/schedules/nightly", body, 422, detail).await;
     }
-    service.refused("PUT", "/schedules/night%20ly", nightly(), 422, "letters, digits").await;
-    service.refused("GET", "/schedules?limit=0", Value::Null, 400, "limit").await;
-    assert_eq!(service.ask("GET", "/schedules", Value::Null).await, (200, json!([])));
+    refused(&service, "PUT", "/schedules/night%20ly", nightly(), 422, "letters, digits").await;
+    refused(&service, "GET", "/schedules?limit=0", Value::Null, 400, "limit").await;
+    assert_eq!(ask(&service, "GET", "/schedules", Value::Null).await, (200, json!([])));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -165,14 +127,14 @@ async fn missed_ticks_are_handled_as_configured() {
 async fn webhooks_are_made_listed_and_removed() {
     let service = start().await;
     let wanted = json!({ "url": "https://example.com/hook", "events": ["job.failed", "job.failed"], "city": "delft" });
-    let (status, made) = service.ask("POST", "/webhooks", wanted.clone()).await;
+    let (status, made) = ask(&service, "POST", "/webhooks", wanted.clone()).await;
     assert_eq!(status, 201, "{made}");
     assert_eq!(made["events"], json!(["job.failed"]));
     assert!(made["secret"].as_str().expect("a secret").starts_with("whsec_"));
-    let (_, listed) = service.ask("GET", "/webhooks", Value::Null).await;
+    let (_, listed) = ask(&service, "GET", "/webhooks", Value::Null).await;
     assert_eq!((&listed[0]["id"], &listed[0]["secret"]), (&made["id"], &Value::Null), "a secret is told once");
     let place = format!("/webhooks/{}", made["id"].as_str().expect("an id"));
-    assert_eq!(service.ask("GET", &format!("{place}/messages"), Value::Null).await, (200, json!([])));
+    assert_eq!(ask(&service, "GET", &format!("{place}/messages"), Value::Null).await, (200, json!([])));
     for (member, value, detail) in [
         ("url", json!("http://169.254.169.254/latest"), "not a public address"),
         ("url", json!("http://[::1]:8080/"), "not a public address"),
@@ -181,9 +143,9 @@ async fn webhooks_are_made_listed_and_removed() {
         ("secret", json!("password"), "whsec_"),
         ("more", json!(1), "more"),
     ] {
-        service.refused("POST", "/webhooks", with(wanted.clone(), member, value), 422, detail).await;
+        refused(&service, "POST", "/webhooks", with(wanted.clone(), member, value), 422, detail).await;
     }
-    assert_eq!(service.ask("DELETE", &place, Value::Null).await.0, 204);
-    service.refused("DELETE", &place, Value::Null, 404, "no webhook").await;
-    service.refused("GET", &format!("{place}/messages"), Value::Null, 404, "no webhook").await;
+    assert_eq!(ask(&service, "DELETE", &place, Value::Null).await.0, 204);
+    refused(&service, "DELETE", &place, Value::Null, 404, "no webhook").await;
+    refused(&service, "GET", &format!("{place}/messages"), Value::Null, 404, "no webhook").await;
 }

@@ -1,6 +1,5 @@
 //! Programs of others that know the standards: schemathesis sends what the OpenAPI document allows and forbids, OWSLib is a
 //! client of OGC API – Processes. `tests/run` gets both from PyPI.
-#![cfg(unix)]
 
 use gable_tests::{Database, Service, skip, town};
 use serde_json::json;

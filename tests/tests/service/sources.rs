@@ -1,5 +1,4 @@
 //! Meshes that are uploaded, or lie in an object store, give the same city as those in a folder.
-#![cfg(unix)]
 
 use gable_tests::{Database, Files, Service, files_of, run_gable, same_models, town};
 use serde_json::json;

@@ -1,9 +1,10 @@
 //! The commands that ask a service on another machine, against a real one; and the tokens that open it.
-#![cfg(unix)]
 
-use gable_tests::{Database, Finished, Service, files_of, run_gable, same_models, town};
+use gable_tests::{Database, Finished, Service, files_of, run_gable, same_models, skip, town};
 use serde_json::Value;
-use std::path::Path;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
 
 fn ask(service: &Service, token: &str, arguments: &[&str]) -> Finished {
     run_gable(&[arguments, &["--url", service.address(), "--token", token]].concat())
@@ -118,6 +119,105 @@ fn a_service_that_does_not_answer_is_named() {
         finished.stderr
     );
     assert_eq!(run_gable(&["status", "--url", "ftp://x"]).code, 2);
+}
+
+/// A certificate of an authority of its own, for a name; gives the paths of the authority, the certificate and its key. None
+/// where OpenSSL is not installed.
+fn certificate(folder: &Path, name: &str) -> Option<[PathBuf; 3]> {
+    let [authority, authority_key, certificate, key, request, more] =
+        ["ca.pem", "ca.key", "server.pem", "server.key", "server.csr", "more"].map(|file| folder.join(file));
+    std::fs::write(&more, format!("subjectAltName={name}\nextendedKeyUsage=serverAuth\n")).unwrap();
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let ec = "-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes";
+    for arguments in [
+        format!(
+            "req -x509 {ec} -keyout {} -out {} -days 2 -subj /CN=tests -addext keyUsage=critical,keyCertSign",
+            text(&authority_key),
+            text(&authority)
+        ),
+        format!("req {ec} -keyout {} -out {} -subj /CN=gable", text(&key), text(&request)),
+        format!(
+            "x509 -req -in {} -CA {} -CAkey {} -CAcreateserial -out {} -days 2 -extfile {}",
+            text(&request),
+            text(&authority),
+            text(&authority_key),
+            text(&certificate),
+            text(&more)
+        ),
+    ] {
+        let done = Command::new("openssl").args(arguments.split(' ')).output().ok()?;
+        assert!(done.status.success(), "openssl {arguments}: {}", String::from_utf8_lossy(&done.stderr));
+    }
+    Some([authority, certificate, key])
+}
+
+/// A server that speaks TLS in front of a port; gives its own.
+fn tls_proxy(certificate: &Path, key: &Path, port: &str) -> (Killed, String) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("conformance/tls_proxy.py");
+    let mut python = Command::new("python3");
+    let mut proxy =
+        Killed(python.arg(script).args([certificate, key]).arg(port).stdout(Stdio::piped()).spawn().unwrap());
+    let mut line = String::new();
+    BufReader::new(proxy.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    (proxy, line.trim().to_owned())
+}
+
+/// Killed when it is dropped.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
+    }
+}
+
+#[test]
+fn tls_is_spoken_with_those_who_can_be_trusted() {
+    let (ours, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let made = [certificate(ours.path(), "IP:127.0.0.1"), certificate(other.path(), "DNS:gable.example")];
+    let [Some([authority, certificate, key]), Some([others, elsewhere, elsewhere_key])] = made else {
+        return skip("tls_is_spoken_with_those_who_can_be_trusted", "OpenSSL is not installed");
+    };
+    if Command::new("python3").arg("--version").output().is_err() {
+        return skip("tls_is_spoken_with_those_who_can_be_trusted", "Python is not installed");
+    }
+    let mesh = town(2, 0.004).join("mesh");
+    let mut service = Service::new("tls", Database::Sqlite, &mesh, 5.0).unwrap();
+    let _process = service.serve(&["--all", "--slots", "1"]);
+    let token = service.make_token("ann", &["--scope", "submitter"]);
+    let port = service.address().rsplit_once(':').unwrap().1.to_owned();
+    let (_proxy, tls) = tls_proxy(&certificate, &key, &port);
+    let url = format!("https://127.0.0.1:{tls}");
+    let ask = |url: &str, authority: &Path, arguments: &[&str]| {
+        let more = ["--url", url, "--token", &token, "--ca-file", authority.to_str().unwrap()];
+        run_gable(&[arguments, &more].concat())
+    };
+
+    let submit = ["submit", mesh.to_str().unwrap(), "--city", "delft", "--watch", "--json"];
+    let wanted = ["--set", "sampling.step=0.5", "--set", "grid.columns=2", "--set", "grid.rows=2"];
+    let job = ask(&url, &authority, &[&submit[..], &wanted].concat()).success().json();
+    assert_eq!(job["state"], "successful");
+    let out = ours.path().join("out");
+    let download = ["download", "--city", "delft", "--out", out.to_str().unwrap(), "--json"];
+    let fetched = ask(&url, &authority, &download).success().json();
+    assert!(fetched["fetched"].as_u64().unwrap() > 5, "{fetched}");
+
+    // An authority that the system does not know; another authority of the same name; a certificate for another name.
+    let refused = |finished: Finished, reason: &str| {
+        assert_eq!(finished.code, 1, "{}", finished.stderr);
+        let said = finished.stderr.to_lowercase();
+        assert!(said.contains("cannot be trusted") && said.contains("--ca-file") && said.contains(reason), "{said}");
+    };
+    refused(run_gable(&["status", "--url", &url, "--token", &token]), "unknownissuer");
+    refused(ask(&url, &others, &["status"]), "badsignature");
+    let (_elsewhere, port) = tls_proxy(&elsewhere, &elsewhere_key, &port);
+    refused(ask(&format!("https://127.0.0.1:{port}"), &others, &["status"]), "not valid for name");
+
+    let no_file = ask(&url, &ours.path().join("none.pem"), &["status"]);
+    assert_eq!((no_file.code, no_file.stderr.contains("--ca-file")), (2, true), "{}", no_file.stderr);
+    let no_certificate = ask(&url, &key, &["status"]);
+    assert_eq!((no_certificate.code, no_certificate.stderr.contains("no certificate")), (2, true));
 }
 
 #[test]

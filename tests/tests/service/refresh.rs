@@ -1,5 +1,4 @@
 //! A city that is kept fresh: after one house changed, only what sees it is computed again, and the difference lists it.
-#![cfg(unix)]
 
 use gable_geometry::{Polygon, dvec2};
 use gable_tests::{Database, Service, files_of, footprints, read_city, same_models, town};

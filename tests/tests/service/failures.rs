@@ -1,5 +1,4 @@
 //! Jobs that go on whatever dies: real coordinators and workers, killed, frozen, and poisoned; on both databases.
-#![cfg(unix)]
 
 use gable_tests::{Database, Files, Process, Service, files_of, run_gable, same_models, signal, town};
 use serde_json::{Value, json};

@@ -1,0 +1,11 @@
+//! The service of real processes, on both databases. In one program, so that the servers that it stands on are started once.
+#![cfg(unix)]
+
+mod client;
+mod failures;
+mod jobs;
+mod readme;
+mod refresh;
+mod secrets;
+mod sources;
+mod standards;
