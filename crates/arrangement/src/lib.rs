@@ -26,6 +26,7 @@ mod face;
 mod grid;
 mod half_edge;
 mod lattice;
+mod link;
 mod locate;
 mod snap_round;
 
@@ -33,3 +34,4 @@ pub use build::Options;
 pub use dissolve::{Dissolved, DissolvedEdge, Region};
 pub use extend::{Extension, extend};
 pub use half_edge::{Arrangement, Edge, Face, HalfEdge};
+pub use link::link_loose_ends;

@@ -34,6 +34,7 @@ fn block(houses: usize) -> BuildingInput {
     let height = Raster::new(window, height);
     BuildingInput {
         mask: height.map(|&z| z > 2.0),
+        crowns: height.map(|_| false),
         height,
         terrain: Raster::filled(window, 0.0),
         normal: Raster::new(window, normal),

@@ -20,7 +20,8 @@ use crate::steps::{Profile, offset};
 use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use crate::superstructures::{self, Limits};
 use crate::surface::{NONE, complete};
-use gable_arrangement::{Arrangement, Extension, Options, extend};
+use crate::under_trees;
+use gable_arrangement::{Arrangement, Extension, Options, extend, link_loose_ends};
 use gable_geometry::{DVec2, Plane};
 use gable_lines::{
     LineSegment, LocalGraphParams, PolylineParams, Ring, fit_polyline, merge_collinear, orthogonalise_local_graph,
@@ -37,6 +38,9 @@ const SPECK: f64 = 1.0;
 
 /// How far a segment runs on beyond the place where it hits another, metres.
 const OVERSHOOT: f64 = 0.02;
+
+/// The widest gap at a corner that is closed, metres.
+const CORNER_GAP: f64 = 1.5;
 
 /// Where the surface lies further than this from its plane, another plane is looked for, metres.
 const UNEXPLAINED: f64 = 1.5;
@@ -99,6 +103,12 @@ fn with_planes(
     let (partition, planes) = clip_to_ground(partition, planes, base + 0.5);
     let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
     Ok((!planes.is_empty()).then_some(Reconstruction { partition, planes }))
+}
+
+/// The building with what crowns hide of it; `None` if they hide nothing that is known.
+pub(crate) fn completed(input: &BuildingInput) -> Option<BuildingInput> {
+    let hangs_over = input.crowns.values().contains(&true);
+    if hangs_over { under_trees::complete(input, &facade_frames(&outline(input))) } else { None }
 }
 
 /// The outline of the mask as straight segments.
@@ -239,7 +249,10 @@ fn arrange(walls: &[LineSegment], creases: &[Crease], params: &Params) -> Arrang
         let along = (b - a).normalize_or_zero() * OVERSHOOT;
         (a - along, b + along)
     };
-    let lines: Vec<(DVec2, DVec2)> = extend(&ends, rule).into_iter().map(overshoot).collect();
+    let mut lines: Vec<(DVec2, DVec2)> = extend(&ends, rule).into_iter().map(overshoot).collect();
+    // A jog too short to be a wall leaves a corner open, and all behind it would be outside.
+    let links = link_loose_ends(&lines, walls.len(), CORNER_GAP, 2.0 * OVERSHOOT);
+    lines.extend(links);
     // Nothing snaps to more than a lattice of a millimetre: planes must still meet in their creases.
     Arrangement::build(&lines, &Options::default())
 }

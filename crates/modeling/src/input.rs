@@ -9,6 +9,8 @@ use gable_ortho::{GridWindow, Raster, WallEvidence};
 pub struct BuildingInput {
     /// Pixels of this building.
     pub mask: Raster<bool>,
+    /// Pixels of trees: under them the building may go on.
+    pub crowns: Raster<bool>,
     /// Topmost surface, local metres; NaN where there is none.
     pub height: Raster<f32>,
     /// Ground surface, local metres.

@@ -18,6 +18,7 @@ mod steps;
 mod subdivide;
 mod superstructures;
 mod surface;
+mod under_trees;
 mod zhu2018;
 
 pub use input::{BuildingInput, KnownRoof, MARGIN};

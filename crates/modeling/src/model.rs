@@ -34,6 +34,8 @@ pub struct BuildingModel {
 /// A reason, for a user to read, if there is nothing to model: no pixel, or no roof above the ground.
 pub fn model(input: &BuildingInput, params: &Params) -> Result<BuildingModel, String> {
     let base = ground_height(input).ok_or("the building has no pixel with a height")?;
+    let completed = if params.method == Method::Gable { gable::completed(input) } else { None };
+    let input = completed.as_ref().unwrap_or(input);
     let found = match params.method {
         Method::Gable => gable::reconstruct(input, base, params)?,
         Method::Zhu2018 => zhu2018::reconstruct(input, base, params)?,

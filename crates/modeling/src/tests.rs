@@ -40,6 +40,7 @@ fn building(seed: u64, size: f64, roof: impl Fn(DVec2) -> Option<f64>) -> Buildi
     let mask = height.map(|&z| z > 2.0);
     BuildingInput {
         mask,
+        crowns: Raster::filled(window, false),
         terrain: Raster::filled(window, 0.0),
         normal: Raster::filled(window, [0.0, 0.0, 1.0]),
         colour: None,
@@ -122,4 +123,48 @@ fn a_courtyard() {
     assert_eq!(count(&model, Semantic::RoofSurface), 1);
     assert_eq!(count(&model, Semantic::WallSurface), 8);
     assert!(iou(&model, |p| roof(p).is_some()) > 0.94);
+}
+
+// A crown of a radius over a place of a building, higher than its roof.
+fn with_crown(mut input: BuildingInput, at: DVec2, radius: f64) -> BuildingInput {
+    let (window, turn) = (input.window(), DVec2::from_angle(20f64.to_radians()));
+    for p in 0..window.len() {
+        let pixel = window.centre(p % window.width, p / window.width);
+        let from = pixel.distance(turn.rotate(at));
+        if from < radius {
+            input.mask.values_mut()[p] = false;
+            input.crowns.values_mut()[p] = true;
+            input.height.values_mut()[p] = 9.0 - (0.3 * from) as f32;
+        }
+    }
+    input
+}
+
+#[test]
+fn a_house_goes_on_under_a_tree() {
+    let house = |p: DVec2| in_box(p, 14.0, 9.0);
+    let roof = |p: DVec2| house(p).then(|| 8.0 - 0.6 * p.y.abs());
+    // Over a corner, and over the middle of a wall.
+    for (at, radius) in [(dvec2(6.5, 4.5), 3.0), (dvec2(0.0, 5.5), 2.5)] {
+        let model = made(&with_crown(building(1, 14.0, roof), at, radius));
+        let iou = iou(&model, house);
+        assert!(iou > 0.96, "{at}: {iou}");
+        assert_eq!(count(&model, Semantic::RoofSurface), 2);
+        assert_eq!(count(&model, Semantic::WallSurface), 4);
+        assert!(matches!(model.attributes["completeness"], gable_city_model::Value::Number(seen) if seen < 0.97));
+    }
+}
+
+#[test]
+fn nothing_is_made_up_under_a_tree() {
+    let house = |p: DVec2| in_box(p, 14.0, 9.0);
+    let roof = |p: DVec2| house(p).then(|| 8.0 - 0.6 * p.y.abs());
+    // Both corners of a side are hidden: where the house ends is not known.
+    let whole = building(1, 14.0, roof);
+    let hidden = with_crown(whole.clone(), dvec2(8.0, 0.0), 5.5);
+    assert!(crate::gable::completed(&hidden).is_none());
+    // A tree in the corner of an L, and one that only touches a wall.
+    let l = |p: DVec2| (house(p) && !(p.x > 0.0 && p.y > 0.0)).then_some(6.0);
+    assert!(crate::gable::completed(&with_crown(building(2, 14.0, l), dvec2(2.5, 2.5), 3.0)).is_none());
+    assert!(crate::gable::completed(&with_crown(whole, dvec2(0.0, 7.5), 2.9)).is_none());
 }

@@ -11,6 +11,7 @@ use gable_segmentation::Label;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _, RgbImage, RgbaImage};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Pixels a side of a picture of the whole city.
@@ -126,29 +127,43 @@ fn set(
             count_faces(busy, building);
         }
     })?;
-    draw_terrain(&mut model, &overview);
-
-    let mut pictures = Vec::new();
-    let mut add = |kind: &str, caption, (extension, mime, bytes, size): (&str, &'static str, Vec<u8>, _)| {
-        pictures.push(Picture { file: format!("{name}-{kind}.{extension}"), mime, caption, bytes, size });
+    let painted = |kind: &str, caption, (extension, mime, bytes, size): Encoded| Picture {
+        file: format!("{name}-{kind}.{extension}"),
+        mime,
+        caption,
+        bytes,
+        size,
     };
-    add("model", "The model: walls, roofs and terrain", png(&model.finish(&light))?);
-    drop(model);
-    // Photographs hold their own light and shadow.
-    let photographic = Light { ambient: 0.8, creases: false, ..light };
-    let mut mesh = Canvas::new(oblique, &photographic, None);
-    draw_surface(&mut mesh, &overview);
-    add("mesh", "The surface of the mesh, seen from the same place", png(&mesh.finish(&photographic))?);
-    drop(mesh);
-    let caption = if coloured { "Orthophoto" } else { "The surface from above (the mesh has no colours)" };
-    add("orthophoto", caption, jpeg(&base)?);
-    add("footprints", "Footprints, by the level of detail that was written", jpeg(&outlined)?);
-    add("labels", "Labels", jpeg(&labels(&overview))?);
-    add(
-        "roofs",
-        "Roofs by plane: hue is the direction of the slope, strength its steepness",
-        jpeg(&over(&hillshade(&overview.height), &roofs.finish(&light)))?,
-    );
+    type Painter<'a> = Box<dyn FnOnce() -> Result<Picture, PipelineError> + Send + 'a>;
+    let (overview, light, painted) = (&overview, &light, &painted);
+    let painters: Vec<Painter<'_>> = vec![
+        Box::new(move || {
+            draw_terrain(&mut model, overview);
+            Ok(painted("model", "The model: walls, roofs and terrain", png(&model.finish(light))?))
+        }),
+        Box::new(move || {
+            // Photographs hold their own light and shadow.
+            let photographic = Light { ambient: 0.8, creases: false, ..*light };
+            let mut mesh = Canvas::new(oblique, &photographic, None);
+            draw_surface(&mut mesh, overview);
+            let caption = "The surface of the mesh, seen from the same place";
+            Ok(painted("mesh", caption, png(&mesh.finish(&photographic))?))
+        }),
+        Box::new(move || {
+            let caption = if coloured { "Orthophoto" } else { "The surface from above (the mesh has no colours)" };
+            Ok(painted("orthophoto", caption, jpeg(&base)?))
+        }),
+        Box::new(move || {
+            Ok(painted("footprints", "Footprints, by the level of detail that was written", jpeg(&outlined)?))
+        }),
+        Box::new(move || Ok(painted("labels", "Labels", jpeg(&labels(overview))?))),
+        Box::new(move || {
+            let caption = "Roofs by plane: hue is the direction of the slope, strength its steepness";
+            let drawn = over(&hillshade(&overview.height), &roofs.finish(light));
+            Ok(painted("roofs", caption, jpeg(&drawn)?))
+        }),
+    ];
+    let pictures = painters.into_par_iter().map(|paint| paint()).collect::<Result<_, _>>()?;
     Ok(PictureSet { title: title.to_owned(), pictures })
 }
 

@@ -124,7 +124,9 @@ impl Modeller<'_> {
         let inner = task.window(context.params.sampling.step);
         let window = seen_by(inner);
         let maps = prepare::read(self.ortho, window)?;
-        let labels = self.labels.read(inner)?.0;
+        let around = self.labels.read(window)?.0;
+        let labels = around.crop(inner, Label::Ground as u8);
+        let mut crowns = around.map(|&l| l == Label::Tree as u8);
         let known = |number: usize| self.footprints.and_then(|known| known.footprints.get(number));
         let mask = if let Some(number) = task.footprint {
             let Some(footprint) = known(number) else {
@@ -138,6 +140,8 @@ impl Modeller<'_> {
             if !inside.values().contains(&true) {
                 return Ok(Err("nothing of the mesh lies in its footprint".to_owned()));
             }
+            // A known footprint ends where it ends, whatever hangs over it.
+            crowns.values_mut().fill(false);
             inside
         } else if let Some(mask) = mask(&labels, task) {
             mask
@@ -149,6 +153,7 @@ impl Modeller<'_> {
         let input = BuildingInput {
             roof: self.roofs.and_then(|known| known.roof(&mask)),
             mask,
+            crowns,
             terrain: self.terrain.raster(window),
             normal: maps.normal,
             colour: self.photographed.then_some(maps.colour),

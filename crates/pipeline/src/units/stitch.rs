@@ -129,12 +129,11 @@ impl City<'_> {
         let mut meshes: BTreeSet<(u32, u32)> = BTreeSet::new();
         let mut terrain: BTreeSet<String> = BTreeSet::new();
         for task in tasks {
-            let inner = task.window(step);
-            let window = model::seen_by(inner);
+            let window = model::seen_by(task.window(step));
             let raw = prepare::seen_by(window);
             let sees = |p: &&Piece| !p.window(step).intersection(&raw).is_empty();
             pieces.extend(self.sampled.pieces().filter(sees).map(|p| (p.file.as_str(), p)));
-            let under = |l: &&LabelFile| !l.window.intersection(&inner).is_empty();
+            let under = |l: &&LabelFile| !l.window.intersection(&window).is_empty();
             labels.extend(self.labels.iter().filter(under).map(|l| (l.file.as_str(), l)));
             terrain.extend(terrain_file::tiles(self.sampled.terrain, window));
             if self.params().modeling.method == Method::Zhu2018 {

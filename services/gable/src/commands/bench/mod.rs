@@ -93,7 +93,7 @@ pub(crate) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
             }
             let city = match &mut made {
                 Some(city) => city,
-                none => none.insert(bench.synth(scene, sensing, &folder.join("city"))?),
+                none => none.insert(bench.synth(scene, sensing, &folder)?),
             };
             let mut record = bench.row(scene, row, &folder, city)?;
             record.order = [place, i, 0];
@@ -110,7 +110,7 @@ pub(crate) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
             let mut other = sensing;
             (variant.change)(&mut other);
             let folder = folder.join(format!("variant{i}"));
-            let city = bench.synth(scene, other, &folder.join("city"))?;
+            let city = bench.synth(scene, other, &folder)?;
             let mut record = bench.row(scene, &ROWS[0], &folder, &city)?;
             (record.order, record.variant) = ([place, 0, i + 1], Some(variant.name.to_owned()));
             keep(Entry::Measured(Box::new(record)))?;

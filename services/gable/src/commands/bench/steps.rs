@@ -41,11 +41,12 @@ impl Bench<'_> {
         Sensing { density: self.args.density, slope: self.args.slope, texture: true, noise: 1.0 }
     }
 
-    pub(super) fn synth(&self, scene: &Scene, sensing: Sensing, out: &Path) -> anyhow::Result<Made> {
+    /// Makes the scene in `folder/city`, unless it stands there from a run with `--keep`: the same arguments give the
+    /// same bytes, and what making it cost is kept beside it.
+    pub(super) fn synth(&self, scene: &Scene, sensing: Sensing, folder: &Path) -> anyhow::Result<Made> {
         let seed = scene.seed + if self.args.tuning { TUNING } else { 0 };
-        self.tell(&format!("{}: making the scene, seed {seed}", scene.name));
-        let (out, seed_text) = (out.display().to_string(), seed.to_string());
-        let mut arguments = vec!["synth", "--out", &out, "--seed", &seed_text, "--json"];
+        let seed_text = seed.to_string();
+        let mut arguments = vec!["synth", "--json", "--seed", &seed_text];
         let (area, repeat) = (scene.area.to_string(), scene.repeat.to_string());
         // A house and a block are cut from no file: they stay procedural.
         let truth = self.args.truth.as_ref().filter(|_| scene.area > 1.0).map(|t| t.display().to_string());
@@ -58,7 +59,22 @@ impl Bench<'_> {
         if !sensing.texture {
             arguments.push("--no-texture");
         }
-        let report = self.child(scene.name, &arguments)?;
+        let note = folder.join("made.json");
+        let report = match kept(&note, &arguments)? {
+            Some(report) => {
+                self.tell(&format!("{}: the scene of seed {seed} is there", scene.name));
+                report
+            }
+            None => {
+                self.tell(&format!("{}: making the scene, seed {seed}", scene.name));
+                self.remove(folder)?;
+                let out = folder.join("city").display().to_string();
+                let report = self.child(scene.name, &[&arguments[..], &["--out", &out]].concat())?;
+                let text = serde_json::json!({ "arguments": arguments, "report": report }).to_string();
+                std::fs::write(&note, text).with_context(|| note.display().to_string())?;
+                report
+            }
+        };
         Ok(Made {
             sensing,
             seed,
@@ -183,6 +199,16 @@ impl Bench<'_> {
     }
 }
 
+/// What `gable synth` said when it made the scene that stands here, if it was asked with these arguments.
+fn kept(note: &Path, arguments: &[&str]) -> anyhow::Result<Option<Value>> {
+    if !note.exists() {
+        return Ok(None);
+    }
+    let text = std::fs::read(note).with_context(|| note.display().to_string())?;
+    let mut made: Value = serde_json::from_slice(&text).with_context(|| note.display().to_string())?;
+    Ok((made["arguments"] == serde_json::json!(arguments)).then(|| made["report"].take()))
+}
+
 /// The day of a time in seconds since 1970 (UTC), as year-month-day.
 fn date(seconds: u64) -> String {
     let leap = |y: u64| (y.is_multiple_of(4) && !y.is_multiple_of(100)) || y.is_multiple_of(400);
@@ -203,6 +229,19 @@ fn date(seconds: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_kept_scene_is_used_for_the_same_arguments_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let note = folder.path().join("made.json");
+        assert_eq!(kept(&note, &["synth", "--seed", "1"]).unwrap(), None);
+        let made = serde_json::json!({ "arguments": ["synth", "--seed", "1"], "report": { "faces": 7 } });
+        std::fs::write(&note, made.to_string()).unwrap();
+        assert_eq!(kept(&note, &["synth", "--seed", "1"]).unwrap().unwrap()["faces"], 7);
+        assert_eq!(kept(&note, &["synth", "--seed", "2"]).unwrap(), None);
+        std::fs::write(&note, "{").unwrap();
+        assert!(kept(&note, &["synth", "--seed", "1"]).unwrap_err().to_string().contains("made.json"));
+    }
 
     #[test]
     fn dates() {

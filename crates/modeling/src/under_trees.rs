@@ -1,0 +1,215 @@
+//! The part of a building that crowns hide from above.
+//!
+//! A crown that hangs over a roof bites a round piece out of the building's mask. The walls on both sides of the bite are
+//! seen, and they go on under the leaves as they came: to the corner where they meet, or to each other.
+
+use crate::input::BuildingInput;
+use gable_geometry::{Box2, DVec2, ring_contains, symmetric_eigen_2};
+use gable_lines::{LineSegment, Source, snap_directions, trace_outline};
+use gable_ortho::{GridWindow, Raster};
+
+/// A bite shorter than this along the outline is noise of the labels, metres; so is a glimpse of the outline between leaves.
+const SHORTEST_RUN: f64 = 1.0;
+
+/// Beside leaves the outline is rounded and decides nothing, metres.
+const ROUNDED: f64 = 0.6;
+
+/// Least length of a wall that may go on under leaves, metres.
+const WALL: f64 = 2.0;
+
+/// Largest rms distance of the outline to such a wall, metres.
+const STRAIGHT: f64 = 0.15;
+
+/// Where the outline leaves the line of a wall by this, the wall has ended, metres.
+const CORNER_OFF: f64 = 0.35;
+
+/// How far apart two walls may be to be one behind leaves, metres.
+const SAME_WALL: f64 = 0.6;
+
+/// Least sine of the angle in which walls make a corner (45°), and the largest for one wall (10°).
+const CORNER: f64 = 0.7;
+const PARALLEL: f64 = 0.17;
+
+/// How far a wall may go on behind leaves, metres.
+const EXTENSION: f64 = 8.0;
+
+/// Share of what is added that must lie under leaves.
+const LEAVES: f64 = 0.9;
+
+/// Largest share of the mask that may be added.
+const SHARE: f64 = 0.3;
+
+/// Walls within this angle of a facade direction turn to it, radians (8°).
+const SNAP: f64 = 0.14;
+
+/// The building with what crowns hide of it: the mask is completed, and has no height there, so that the roof's planes go on
+/// over it. `None` if nothing is added. `frames` are the facade directions.
+///
+/// A wall goes on only under leaves, and not far. Where a crown hides two corners,
+/// nothing is known and nothing added. O(pixels).
+pub(crate) fn complete(input: &BuildingInput, frames: &[f64]) -> Option<BuildingInput> {
+    let mut out = input.clone();
+    let most = SHARE * input.mask.values().iter().filter(|&&m| m).count() as f64;
+    let mut added = false;
+    for ring in trace_outline(&input.mask) {
+        let contour = Contour::new(ring.points, &input.crowns);
+        for run in contour.hidden_runs() {
+            let Some(bite) = contour.bite(run, frames) else { continue };
+            let pixels = pixels_in(&bite, &input.mask);
+            let leaves = pixels.iter().filter(|&&p| input.crowns.values()[p]).count() as f64;
+            let count = pixels.len() as f64;
+            if count > 0.0 && count <= most && leaves >= LEAVES * count {
+                added = true;
+                for p in pixels {
+                    out.mask.values_mut()[p] = true;
+                    out.height.values_mut()[p] = f32::NAN;
+                }
+            }
+        }
+    }
+    added.then_some(out)
+}
+
+/// Pixels inside a ring that are not in the mask.
+fn pixels_in(ring: &[DVec2], mask: &Raster<bool>) -> Vec<usize> {
+    let window = mask.window();
+    let area = GridWindow::covering(Box2::of(ring.iter().copied()), window.step).intersection(&window);
+    let mut out = Vec::new();
+    for y in 0..area.height {
+        for x in 0..area.width {
+            let at = area.centre(x, y);
+            let Some((x, y)) = window.pixel(at) else { continue };
+            if !mask[(x, y)] && ring_contains(ring, at) {
+                out.push(y * window.width + x);
+            }
+        }
+    }
+    out
+}
+
+/// A boundary of the mask, which lies to its left.
+struct Contour {
+    points: Vec<DVec2>,
+    /// Whether leaves lie beside the crack that leaves each point.
+    hidden: Vec<bool>,
+    step: f64,
+}
+
+/// A piece of the contour: number of its first crack, and of cracks.
+type Run = (usize, usize);
+
+impl Contour {
+    fn new(points: Vec<DVec2>, crowns: &Raster<bool>) -> Self {
+        let (n, step) = (points.len(), crowns.window().step);
+        let leaves = |at: DVec2| crowns.window().pixel(at).is_some_and(|pixel| crowns[pixel]);
+        let hidden: Vec<bool> = (0..n)
+            .map(|i| {
+                let (p, q) = (points[i], points[(i + 1) % n]);
+                let outwards = -(q - p).perp().normalize_or_zero() * step;
+                // A pixel of another label may lie between.
+                (1..=3).any(|k| leaves(0.5 * (p + q) + (f64::from(k) - 0.5) * outwards))
+            })
+            .collect();
+        let mut contour = Self { points, hidden, step };
+        contour.fill_short(true);
+        contour.fill_short(false);
+        contour
+    }
+
+    /// Runs of cracks that are all hidden or all seen; none if the contour does not change.
+    fn runs(&self, hidden: bool) -> Vec<Run> {
+        let n = self.hidden.len();
+        let starts = (0..n).filter(|&i| self.hidden[i] == hidden && self.hidden[(i + n - 1) % n] != hidden);
+        starts.map(|i| (i, (0..n).take_while(|k| self.hidden[(i + k) % n] == hidden).count())).collect()
+    }
+
+    fn hidden_runs(&self) -> Vec<Run> {
+        self.runs(true)
+    }
+
+    /// Gives runs of the other kind that are too short to mean anything to this kind.
+    fn fill_short(&mut self, hidden: bool) {
+        let n = self.hidden.len();
+        for (first, count) in self.runs(!hidden) {
+            if (count as f64) * self.step < SHORTEST_RUN {
+                (first..first + count).for_each(|i| self.hidden[i % n] = hidden);
+            }
+        }
+    }
+
+    /// The ring of what a hidden run hides, counter-clockwise.
+    fn bite(&self, (first, count): Run, frames: &[f64]) -> Option<Vec<DVec2>> {
+        let n = self.points.len();
+        let last = first + count;
+        let mut walls = [self.wall(first, false)?, self.wall(last % n, true)?];
+        snap_directions(&mut walls, frames, SNAP);
+        let [a, b] = walls;
+        let (from, to) = (a.direction(), b.direction());
+        // Both walls, up to the leaves.
+        let foot =
+            |wall: &LineSegment, p: DVec2| wall.middle() + wall.direction() * wall.direction().dot(p - wall.middle());
+        let (end, start) = (foot(&a, self.points[first]), foot(&b, self.points[last % n]));
+        let turn = from.perp_dot(to);
+        let mut ring = vec![end];
+        if turn >= CORNER {
+            let along = (start - end).perp_dot(to) / turn;
+            let corner = end + along * from;
+            let back = (start - corner).dot(to);
+            if along > EXTENSION || back > EXTENSION || along < -ROUNDED || back < -ROUNDED {
+                return None;
+            }
+            ring.push(corner);
+        } else if turn.abs() > PARALLEL || from.dot(to) < 0.0 || !self.one_wall(&a, &b, end, start) {
+            return None;
+        }
+        ring.push(start);
+        ring.extend((0..=count).rev().map(|k| self.points[(first + k) % n]));
+        Some(ring)
+    }
+
+    fn one_wall(&self, a: &LineSegment, b: &LineSegment, end: DVec2, start: DVec2) -> bool {
+        let gap = (start - end).length();
+        let apart = a.direction().perp_dot(start - end).abs();
+        apart <= SAME_WALL && gap <= EXTENSION.min(a.length() + b.length()) && (start - end).dot(a.direction()) > 0.0
+    }
+
+    /// The straight wall that ends at a point, or begins there: as much of the seen contour as lies on one line.
+    fn wall(&self, at: usize, forwards: bool) -> Option<LineSegment> {
+        let n = self.points.len();
+        let crack = |k: usize| if forwards { (at + k) % n } else { (at + n - 1 - k % n) % n };
+        let middle = |k: usize| 0.5 * (self.points[crack(k)] + self.points[(crack(k) + 1) % n]);
+        let skipped = (ROUNDED / self.step).round() as usize;
+        let seen = (0..n).take_while(|&k| !self.hidden[crack(k)]).count();
+        let origin = self.points[at];
+        let mut sums = [0.0; 6];
+        let mut best = None;
+        for k in skipped..seen {
+            let d = middle(k) - origin;
+            for (sum, v) in sums.iter_mut().zip([1.0, d.x, d.y, d.x * d.x, d.x * d.y, d.y * d.y]) {
+                *sum += v;
+            }
+            let [count, x, y, xx, xy, yy] = sums;
+            let centre = DVec2::new(x, y) / count;
+            let spread =
+                [xx / count - centre.x * centre.x, xy / count - centre.x * centre.y, yy / count - centre.y * centre.y];
+            let ([across, _], [_, along]) = symmetric_eigen_2(spread);
+            let reach = middle(k) - middle(skipped);
+            let length = reach.dot(along).abs();
+            if length >= WALL {
+                let off = along.perp_dot(middle(k) - origin - centre).abs();
+                if off > CORNER_OFF || across.max(0.0).sqrt() > STRAIGHT {
+                    break;
+                }
+                let along = if (reach.dot(along) > 0.0) == forwards { along } else { -along };
+                let half = 0.5 * length * along;
+                best = Some(LineSegment {
+                    a: origin + centre - half,
+                    b: origin + centre + half,
+                    weight: length,
+                    source: Source::Outline,
+                });
+            }
+        }
+        best
+    }
+}
