@@ -5,9 +5,9 @@
 //! answers late and jobs slow, never the other way round: so the best of some runs counts.
 #![cfg(unix)]
 
-use gable_job_store::{NewJob, Store};
 use gable_tests::{Database, Service, town};
 use serde_json::{Value, json};
+use sqlx::Connection as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,7 +38,7 @@ fn quantile(times: &mut [f64], part: f64) -> f64 {
 /// Runs a job of a city of its own; gives how long it took, seconds. `polled` is called while it runs.
 fn run_job(service: &Service, mesh: &Path, city: &str, polled: impl FnOnce(&str)) -> f64 {
     // Each block is a process of its own.
-    let side = if full() { 17 } else { 5 };
+    let side = if full() { 22 } else { 5 };
     let wanted = json!({ "sampling.step": 0.3, "grid.columns": side, "grid.rows": side, "output.report": false });
     let job = service.submit(mesh, city, &wanted);
     polled(&job);
@@ -108,25 +108,29 @@ fn many_clients_poll_a_running_job() {
         assert!(times.len() as f64 >= 0.5 * clients as f64 * watched, "only {} answers", times.len());
         assert!(!full() || watched >= 60.0, "the job is over after {watched} s");
         (alone, polled, p99) = (alone.min(quiet), polled.min(watched), p99.min(worst));
-        if pair > 0 && p99 < LIMIT && polled <= SLOWER * alone {
+        if p99 < LIMIT && polled <= SLOWER * alone {
             return;
         }
     }
     panic!("p99 {p99:.1} ms; {polled:.2} s instead of {alone:.2} s");
 }
 
-/// Puts many jobs into the table.
+/// Puts many jobs into the table, as they are when they have ended.
 fn fill(database: &str, jobs: usize) {
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
+    let statement = format!(
+        "INSERT INTO job (id, city, owner, request, state, priority, stage, events, created, started, finished) \
+         WITH RECURSIVE numbered (n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM numbered WHERE n + 1 < {jobs}) \
+         SELECT '0199a3c4-0000-7000-8000-' || CAST(100000000000 + n AS TEXT), 'city ' || CAST(n % 50 AS TEXT), 'local', \
+         '{{\"source\":\"mesh.obj\",\"city\":\"city\",\"parameters\":{{\"sampling.step\":0.25}},\"priority\":0}}', \
+         'successful', 0, 7, 12, 1760000000000 + n, 1760000000000 + n, 1760000000000 + n FROM numbered"
+    );
+    sqlx::any::install_default_drivers();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async {
-        let store = Store::connect(database).await.unwrap();
-        for number in 0..jobs {
-            let city = format!("city {}", number % 50);
-            let request = json!({ "source": "mesh.obj", "city": city, "parameters": { "sampling.step": 0.25 } });
-            let new = NewJob { city, owner: "local".to_owned(), request: request.to_string(), ..NewJob::default() };
-            store.submit(&new).await.unwrap();
-        }
-        store.close().await;
+        let mut connection = sqlx::AnyConnection::connect(database).await.unwrap();
+        let done = sqlx::query(sqlx::AssertSqlSafe(statement)).execute(&mut connection).await.unwrap();
+        assert_eq!(done.rows_affected(), jobs as u64);
+        connection.close().await.unwrap();
     });
 }
 
@@ -137,17 +141,15 @@ fn listed(database: Database) {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut service) = Service::new("ten_thousand", database, folder.path(), 5.0) else { return };
     let _process = service.serve(&[]);
-    let begin = Instant::now();
     fill(service.database(), JOBS);
-    println!("{JOBS} jobs on {database:?} in {:.1} s", begin.elapsed().as_secs_f64());
     // Each page of all, by clients that walk from the newest job to the oldest; and lists of some of them.
     for (query, jobs) in [
         ("?limit=100", JOBS),
-        ("?limit=500", JOBS),
-        ("?limit=500&state=successful", JOBS),
-        ("?limit=500&state=failed", 0),
-        ("?limit=500&city=city%207", JOBS / 50),
-        ("?limit=500&owner=local", JOBS),
+        ("?limit=1000", JOBS),
+        ("?limit=1000&state=successful", JOBS),
+        ("?limit=1000&state=failed", 0),
+        ("?limit=1000&city=city%207", JOBS / 50),
+        ("?limit=1000&owner=local", JOBS),
         ("?limit=50&state=successful&city=city%207", JOBS / 50),
     ] {
         let (mut found, mut next, mut pages) = (0, String::new(), Vec::new());
