@@ -7,7 +7,7 @@ use std::path::Path;
 /// Runs with 3D Tiles; gives what the validators counted, if they are there.
 fn validated(test: &str, mesh: &Path, out: &Path, more: &[&str]) -> Option<Value> {
     let (mesh, folder) = (mesh.to_str().unwrap(), out.to_str().unwrap());
-    let formats = ["--formats", "cityjson,3dtiles", "--set", "output.report=false"];
+    let formats = ["--formats", "cityjson,3dtiles,mesh-3dtiles", "--set", "output.report=false"];
     let arguments = [&["run", mesh, "--out", folder, "--quiet"], &formats[..], more].concat();
     let _ = run_gable(&arguments).success();
     run_node(test, "validate.mjs", "gltf-validator", &[out.join("3dtiles").to_str().unwrap()])
@@ -29,12 +29,15 @@ fn a_town_passes_the_validators() {
         assert_eq!(counted["buildings"].as_u64(), Some(buildings(&out)), "{counted}");
         assert_eq!(counted["warnings"], 0, "{counted}");
         assert!(counted["surfaces"].as_u64() > Some(5 * buildings(&out)), "{counted}");
+        let triangles: Vec<u64> =
+            counted["meshTriangles"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect();
+        assert!(triangles.len() == 3 && triangles.windows(2).all(|w| w[0] > 3 * w[1]), "{counted}");
     }
     // The same mesh, by another number of threads and over an older result of a finer grid: the same files and bytes.
     let again = folder.path().join("b");
     let mesh = town.to_str().unwrap();
     let write = |grid: &str, threads: &str| {
-        let (out, formats) = (again.to_str().unwrap(), "cityjson,3dtiles");
+        let (out, formats) = (again.to_str().unwrap(), "cityjson,3dtiles,mesh-3dtiles");
         let set = ["--step", "0.5", "--grid", grid, "--threads", threads, "--formats", formats];
         let _ =
             run_gable(&[&["run", mesh, "--out", out, "--quiet", "--set", "output.report=false"], &set[..]].concat())
@@ -44,7 +47,9 @@ fn a_town_passes_the_validators() {
     write("4x4", "1");
     let (first, second) = (files_of(&out), files_of(&again));
     assert_eq!(first.keys().collect::<Vec<_>>(), second.keys().collect::<Vec<_>>());
-    assert!(first.keys().any(|name| name.starts_with("3dtiles/") && name.ends_with(".ground.glb")));
+    for kind in [".ground.glb", ".ground-overview.glb", ".mesh-0.glb"] {
+        assert!(first.keys().any(|name| name.starts_with("3dtiles/") && name.ends_with(kind)), "{kind}");
+    }
     assert!(first.iter().all(|(name, bytes)| second[name] == *bytes));
 }
 

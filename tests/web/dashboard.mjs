@@ -19,9 +19,12 @@ const step = (text) => console.error(`- ${text}`);
 
 const LOOKS = [['light', 1360, 850], ['dark', 1360, 850], ['light', 390, 844], ['dark', 390, 844]];
 
+/// The two that differ most, for what is simple.
+const TWO_LOOKS = [LOOKS[0], LOOKS[3]];
+
 /// Pictures of what is shown, in all looks.
-async function shoot(name, settle = async () => {}) {
-  for (const [scheme, width, height] of LOOKS) {
+async function shoot(name, settle = async () => {}, looks = LOOKS) {
+  for (const [scheme, width, height] of looks) {
     await page.emulateMedia({ colorScheme: scheme });
     await page.setViewportSize({ width, height });
     await page.waitForTimeout(250);
@@ -37,7 +40,7 @@ async function shoot(name, settle = async () => {}) {
 /// Fills in the form for a mesh, and gives the id of the job.
 async function submit(source) {
   await go('submit');
-  await page.getByLabel('Mesh').fill(source);
+  await page.getByLabel('Mesh', { exact: true }).fill(source);
   await page.getByLabel('City', { exact: true }).fill('delft');
   const set = async (name, value) => page.locator(`[id="p-${name}"]`).fill(value);
   await set('grid.columns', '8');
@@ -77,16 +80,27 @@ try {
   step('an empty service says what to do');
   await page.goto(address);
   await page.getByText('No job yet').waitFor();
+  const fetched = await page.evaluate(() => [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')].map((e) => [new URL(e.name).pathname, e.encodedBodySize]));
+  const assets = fetched.filter(([path]) => !path.startsWith('/api/'));
+  measured.first_page_bytes = assets.reduce((sum, [, bytes]) => sum + bytes, 0);
+  check(assets.length >= 3 && measured.first_page_bytes > 10_000 && measured.first_page_bytes < 150_000, `the first page is small: ${JSON.stringify(assets)}`);
+  check(!assets.some(([path]) => path.includes('viewer')), 'three.js comes with the viewer only');
   await shoot('jobs-empty');
 
   step('submit from the page');
   await go('submit');
-  await page.getByLabel('Mesh').fill(`${mesh}/not-there`);
+  await page.getByLabel('Mesh', { exact: true }).fill(`${mesh}/not-there`);
   await page.getByLabel('City', { exact: true }).fill('delft');
   await page.getByRole('button', { name: 'Submit' }).click();
   await page.getByRole('alert').first().waitFor();
   await shoot('submit');
   const first = await submit(mesh);
+
+  step('its priority is changed');
+  const priority = page.getByLabel('Priority');
+  await priority.fill('7');
+  await page.getByRole('button', { name: 'Set', exact: true }).click();
+  await until('another priority', async () => (await api(`/jobs/${first}`)).priority === 7);
 
   step('the grid fills');
   const count = (look) => page.locator(`.grid .cell${look}`).count();
@@ -110,6 +124,13 @@ try {
   await until('the job, mended', async () => (await state(first)) === 'successful');
   await page.locator('.state.successful').first().waitFor();
   await until('no block that failed', async () => (await count('.failed')) === 0);
+  step('seams');
+  const seams = page.getByRole('region', { name: 'Seams' });
+  const known = await api(`/jobs/${first}/seams`);
+  check(known.length > 0 && known.every((s) => s.blocks.length > 1 && s.buildings > 0), `some buildings cross borders: ${JSON.stringify(known)}`);
+  await until('seams that are done', async () => (await seams.locator('tbody .state.done, tbody .state.reused').count()) === Math.min(40, known.length));
+  await seams.getByText(`across ${known.length} seam`).waitFor();
+
   await block.locator('.plan image').waitFor();
   await block.scrollIntoViewIfNeeded();
   await shoot('job-done');
@@ -148,6 +169,37 @@ try {
   check(truth && id === place.id, `the building that was clicked is ${place.id}, the one told ${id}`);
   const told = await card.innerText();
   check(told.includes(truth.roof_type) && told.includes(`${truth.measured_height_m} m`) && told.includes(`${truth.rmse_m} m`), `its attributes are told: ${told}`);
+  step('the mesh beside and under the model');
+  await page.getByRole('button', { name: 'Aslant' }).click();
+  const canvas = page.locator('.viewer canvas');
+  const compared = async (name) => {
+    await page.getByRole('button', { name, exact: true }).click();
+    await until(`the mesh, ${name}`, async () => {
+      const found = await canvas.evaluate((c) => ({ ...c.dataset }));
+      return found.loading === 'false' && Number(found.mesh) > 0;
+    });
+    await page.waitForTimeout(300);
+    return canvas.screenshot();
+  };
+  const pictures = [];
+  for (const name of ['Mesh', 'Both', 'Swipe']) {
+    pictures.push(await compared(name));
+    check(page.url().includes(`compare=${name.toLowerCase()}`), 'what is compared has an address');
+    await page.screenshot({ path: join(shots, `viewer-compare-${name.toLowerCase()}.png`) });
+  }
+  check(!pictures[0].equals(pictures[1]) && !pictures[1].equals(pictures[2]), 'each way to compare looks different');
+  const border = page.getByRole('slider', { name: 'Border between mesh and model' });
+  check((await border.getAttribute('aria-valuenow')) === '50', 'half and half');
+  await border.focus();
+  for (let i = 0; i < 5; i++) await page.keyboard.press('ArrowRight');
+  check((await border.getAttribute('aria-valuenow')) === '60', 'arrow keys move the border');
+  await page.waitForTimeout(300);
+  check(!pictures[2].equals(await canvas.screenshot()), 'the border moves in the picture');
+  await page.mouse.move(680, 400);
+  await shoot('viewer-compare', () => page.waitForTimeout(500));
+  await page.getByRole('button', { name: 'Model', exact: true }).click();
+  await until('the model alone', async () => (await canvas.getAttribute('data-mesh')) === '0');
+
   for (const mode of ['height', 'roof type', 'RMSE', 'method', 'semantics']) {
     await page.getByLabel('Colour', { exact: true }).selectOption(mode);
     await page.locator('.key strong', { hasText: mode }).waitFor();
@@ -226,6 +278,24 @@ try {
   await page.getByText('It has not run yet').waitFor();
   await shoot('schedules');
 
+  step('what is not there, and a service that does not answer');
+  await go('jobs/01a000000000000000000000000000');
+  await page.getByRole('alert').waitFor();
+  await shoot('job-missing', undefined, TWO_LOOKS);
+  await go('cities/atlantis');
+  await page.getByRole('alert').waitFor();
+  await page.route('**/api/v1/jobs?*', (route) => route.abort());
+  await go('jobs');
+  await page.getByText('The service does not answer').waitFor();
+  await shoot('jobs-error', undefined, TWO_LOOKS);
+  await page.unroute('**/api/v1/jobs?*');
+  await page.getByText('The service does not answer').waitFor({ state: 'detached' });
+  await page.route('**/3dtiles/buildings.json*', (route) => route.fulfill({ status: 503, json: { title: 'The service is not ready', detail: 'the database or the object store does not answer: try again' } }));
+  await go(`jobs/${first}/view`);
+  await page.getByText('The service is not ready').waitFor();
+  await shoot('viewer-error', undefined, TWO_LOOKS);
+  await page.unroute('**/3dtiles/buildings.json*');
+
   step('keyboard');
   await go(`jobs/${first}`);
   await page.locator('.grid [data-block]').first().waitFor();
@@ -255,7 +325,7 @@ try {
   await page.locator('.grid [data-block="15_15"]').waitFor();
   await page.evaluate(() => (window.gablePollCosts.length = 0));
   await page.waitForTimeout(13_000);
-  const costs = (await page.evaluate(() => window.gablePollCosts)).sort((a, b) => a - b);
+  const costs = (await page.evaluate(() => window.gablePollCosts)).filter((c) => c.path.endsWith('/blocks')).map((c) => c.ms).sort((a, b) => a - b);
   check(costs.length >= 5, `${costs.length} polls`);
   measured.poll_ms = Math.round(100 * costs[Math.floor(costs.length / 2)]) / 100;
   measured.poll_worst_ms = Math.round(100 * costs.at(-1)) / 100;

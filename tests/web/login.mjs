@@ -24,7 +24,7 @@ try {
   await page.locator('.job .name a').first().click();
   await page.getByRole('heading', { name: 'Stages' }).waitFor();
   await page.locator('.grid [data-block]').first().waitFor();
-  for (const name of ['Cancel', 'Pause', 'Retry', 'Retry what failed']) {
+  for (const name of ['Cancel', 'Pause', 'Retry', 'Retry what failed', 'Set']) {
     check((await page.getByRole('button', { name, exact: true }).count()) === 0, `a viewer is not offered to ${name}`);
   }
   // Files and pictures are asked for with the token, too.

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod clean;
+mod corner_colours;
 mod despike;
 mod file;
 mod fill_holes;
@@ -14,6 +15,7 @@ mod texture_cache;
 mod walls;
 
 pub use clean::{CleanParams, clean};
+pub use corner_colours::CornerColours;
 pub use despike::{DespikeParams, despike};
 pub use file::OrthoError;
 pub use fill_holes::fill_holes;

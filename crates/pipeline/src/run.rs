@@ -109,7 +109,7 @@ fn run_here(
         model::model(&context, &modeller, &tasks, &failures)
     })?;
     let mut files = clock.time(Stage::Write, || {
-        let mut files = write::write(&context, &blocks, &tiles, &ground, &ortho, &mut failures, &title, out)?;
+        let mut files = write::write(&context, &blocks, &seen, &tiles, &ground, &ortho, &mut failures, &title, out)?;
         if params.output.labels {
             files.extend(labels::write(&context, &blocks, &labelled, out)?);
         }

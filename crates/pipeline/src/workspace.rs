@@ -16,7 +16,7 @@ pub(crate) struct Workspace {
 }
 
 /// What it holds.
-const FOLDERS: [&str; 4] = ["blocks", "ortho", "labels", "models"];
+const FOLDERS: [&str; 6] = ["blocks", "ortho", "mesh", "labels", "models", "overview"];
 
 impl Workspace {
     /// Opens the working folder, emptied if it belongs to another input or to other parameters.

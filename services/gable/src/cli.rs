@@ -184,7 +184,7 @@ pub(crate) struct ParamArgs {
     /// Reference system: EPSG:code or ENU:latitude,longitude
     #[arg(long, value_name = "CRS")]
     pub(crate) crs: Option<String>,
-    /// Output formats, joined by commas: cityjson, cityjsonseq, citygml, 3dtiles
+    /// Output formats, joined by commas: cityjson, cityjsonseq, citygml, 3dtiles, mesh-3dtiles
     #[arg(long, value_name = "LIST")]
     pub(crate) formats: Option<String>,
     /// Threads; 0 for one on each core

@@ -291,7 +291,7 @@ fn to_gltf(p: DVec3) -> DVec3 {
 }
 
 /// Positions in f32 about a whole metre, as glTF has them; what to add to them; and a box in local metres around what a reader gets.
-fn centred(points: &[DVec3]) -> (Vec<[f32; 3]>, [f64; 3], DVec3, DVec3) {
+pub(super) fn centred(points: &[DVec3]) -> (Vec<[f32; 3]>, [f64; 3], DVec3, DVec3) {
     let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
     let centre = ((low + high) / 2.0).round();
     let positions: Vec<[f32; 3]> = points.iter().map(|&p| to_gltf(p - centre).as_vec3().to_array()).collect();

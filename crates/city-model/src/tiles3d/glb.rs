@@ -54,12 +54,28 @@ impl Glb {
         self.accessors.len() - 1
     }
 
-    /// Adds indices; gives the number of the accessor.
+    /// Adds colours in linear light, opaque; gives the number of the accessor. A byte would not tell dark colours apart.
+    pub(super) fn light(&mut self, values: &[[u16; 3]]) -> usize {
+        let bytes: Vec<u8> =
+            values.iter().flat_map(|&[r, g, b]| [r, g, b, u16::MAX]).flat_map(u16::to_le_bytes).collect();
+        let view = self.view(&bytes, Some(Target::Vertices));
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": 5123, "normalized": true, "count": values.len(), "type": "VEC4",
+        }));
+        self.accessors.len() - 1
+    }
+
+    /// Adds indices, in two bytes where that is enough; gives the number of the accessor.
     pub(super) fn indices(&mut self, values: &[u32]) -> usize {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        // The largest number of either width is kept for ends of strips.
+        let short = values.iter().all(|&v| v < u32::from(u16::MAX));
+        let bytes: Vec<u8> = match short {
+            true => values.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect(),
+            false => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        };
         let view = self.view(&bytes, Some(Target::Indices));
         self.accessors.push(json!({
-            "bufferView": view, "componentType": 5125, "count": values.len(), "type": "SCALAR",
+            "bufferView": view, "componentType": if short { 5123 } else { 5125 }, "count": values.len(), "type": "SCALAR",
         }));
         self.accessors.len() - 1
     }

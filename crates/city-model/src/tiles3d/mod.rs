@@ -1,6 +1,7 @@
-//! 3D Tiles 1.1: buildings and terrain as GLB with feature tables, and the tilesets that hold them.
+//! 3D Tiles 1.1: buildings and terrain as GLB with feature tables, the mesh that they were made from, and the tilesets that hold them.
 //!
-//! A tile of the city becomes a [`Content`] for each level of detail ([`buildings_content`], [`terrain_content`]); what is known of it
+//! A tile of the city becomes a [`Content`] for each level of detail ([`buildings_content`], [`terrain_content`],
+//! [`ColouredSurface::content`]); what is known of it
 //! ([`Layer`]) goes into tilesets ([`write_tileset`]), so that neither needs more than one tile in memory.
 //!
 //! - **Frame.** Tiles are in local metres, z up. The root's `transform` takes them to Earth-centred coordinates (EPSG:4978) where the
@@ -16,11 +17,13 @@ mod content;
 mod earth;
 mod glb;
 mod metadata;
+mod surface;
 mod tileset;
 
 pub use content::{Content, GroundTexture, TileLod, block_error, buildings_content, terrain_content};
 pub use earth::earth_transform;
-pub use tileset::{Layer, LayerLevel, TilesetHeader, write_tileset};
+pub use surface::ColouredSurface;
+pub use tileset::{Layer, LayerLevel, Overview, TileLayer, TilesetHeader, quadtree, write_tileset};
 
 #[cfg(test)]
 mod tests;

@@ -42,7 +42,10 @@ impl Read {
     fn indices(&self) -> Vec<u32> {
         let accessor = &self.json["accessors"][self.primitive()["indices"].as_u64().unwrap() as usize];
         let bytes = self.view(&accessor["bufferView"]);
-        bytes.chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect()
+        match accessor["componentType"].as_u64() {
+            Some(5123) => bytes.chunks(2).map(|b| u32::from(u16::from_le_bytes(b.try_into().unwrap()))).collect(),
+            _ => bytes.chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect(),
+        }
     }
 
     /// Positions in local metres, z up.
@@ -197,8 +200,9 @@ fn town() -> (std::collections::BTreeMap<String, Content>, Json) {
         origin: [10.0, 20.0, 0.0],
         transform: None,
     };
-    let written = write_tileset(&header, &[&layer, &[]]);
-    assert_eq!(written, write_tileset(&header, &[&layer]), "an empty layer is left out");
+    let layer = TileLayer { tiles: &layer, overviews: &[] };
+    let written = write_tileset(&header, &[layer, TileLayer::default()]);
+    assert_eq!(written, write_tileset(&header, &[layer]), "an empty layer is left out");
     (contents, serde_json::from_slice(&written).unwrap())
 }
 
@@ -263,9 +267,48 @@ fn tilesets_hold_the_rules_of_3d_tiles() {
 fn an_empty_city_has_an_empty_tileset() {
     let header =
         TilesetHeader { title: String::new(), crs: String::new(), origin: [0.0; 3], transform: Some([1.0; 16]) };
-    let tileset: Json = serde_json::from_slice(&write_tileset(&header, &[&[]])).unwrap();
+    let tileset: Json = serde_json::from_slice(&write_tileset(&header, &[TileLayer::default()])).unwrap();
     assert!(tileset["root"].get("content").is_none() && tileset["root"].get("children").is_none());
     assert_eq!(tileset["root"]["transform"].as_array().unwrap().len(), 16);
+}
+
+#[test]
+fn overviews_stand_for_their_tiles_until_these_are_better() {
+    let level = |uri: &str, error: f64, low: DVec3, high: DVec3| LayerLevel { uri: uri.to_owned(), error, low, high };
+    let tile = |x: u32, y: u32| {
+        let low = dvec3(f64::from(x) * 10.0, f64::from(y) * 10.0, 0.0);
+        let levels = [("coarse", 0.5), ("fine", 0.0)];
+        let levels = levels.map(|(name, error)| level(&format!("{x}_{y}.{name}"), error, low, low + 10.0));
+        Layer { tile: [x, y], levels: levels.to_vec() }
+    };
+    // Two tiles in the south-west, and one by itself in the north-east of a grid of four.
+    let tiles = [tile(0, 0), tile(1, 0), tile(3, 3)];
+    let overview = |corner, side, uri: &str, error, high| Overview {
+        corner,
+        side,
+        level: level(uri, error, dvec3(0.0, 0.0, -1.0), dvec3(high, high, 12.0)),
+    };
+    let overviews = [overview([0, 0], 2, "pair", 1.0, 20.0), overview([0, 0], 4, "all", 2.0, 40.0)];
+    let header = TilesetHeader { title: String::new(), crs: String::new(), origin: [0.0; 3], transform: None };
+    let layer = TileLayer { tiles: &tiles, overviews: &overviews };
+    let tileset: Json = serde_json::from_slice(&write_tileset(&header, &[layer])).unwrap();
+    let mut seen = Vec::new();
+    walk(
+        &tileset["root"],
+        &mut |tile, parent| {
+            seen.push(tile["content"]["uri"].as_str().unwrap());
+            assert_eq!(tile["refine"], "REPLACE");
+            if let Some(parent) = parent {
+                assert!(tile["geometricError"].as_f64() < parent["geometricError"].as_f64());
+                let ((low, high), (outer_low, outer_high)) = (bounds(tile), bounds(parent));
+                assert!(outer_low.cmple(low).all() && outer_high.cmpge(high).all());
+            }
+        },
+        None,
+    );
+    assert_eq!(seen, ["all", "pair", "0_0.coarse", "0_0.fine", "1_0.coarse", "1_0.fine", "3_3.coarse", "3_3.fine"]);
+    assert_eq!(tileset["root"]["geometricError"], 2.0);
+    assert!(tileset["geometricError"].as_f64() > Some(2.0), "without the root all is missing");
 }
 
 fn moved(transform: [f64; 16], p: DVec3) -> DVec3 {

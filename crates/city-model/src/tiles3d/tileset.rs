@@ -26,6 +26,26 @@ pub struct Layer {
     pub levels: Vec<LayerLevel>,
 }
 
+/// What is shown of a square of the grid from afar, in place of its tiles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overview {
+    /// The square's lowest column and row.
+    pub corner: [u32; 2],
+    /// Its side, tiles; as [`quadtree`] gives both.
+    pub side: u32,
+    /// What is shown; its error is larger than any of the tiles'.
+    pub level: LayerLevel,
+}
+
+/// The tiles of a layer, with what stands for many of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TileLayer<'a> {
+    /// The tiles.
+    pub tiles: &'a [Layer],
+    /// For some of the squares that hold several tiles.
+    pub overviews: &'a [Overview],
+}
+
 /// What a tileset says of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TilesetHeader {
@@ -41,19 +61,18 @@ pub struct TilesetHeader {
 
 /// A tileset of several layers, one beside the other, each an explicit quadtree over its tiles.
 ///
-/// Inner tiles have no content and are refined by ADD, their geometric error being the diagonal of what they hold, which is missing
-/// as long as they are not refined; levels of a tile replace one another. Errors never rise from parent to child. A layer without
-/// a tile is left out; a tileset without any has an empty root.
+/// Inner tiles have an overview, which is replaced by what is below, or no content; then they are refined by ADD, their geometric error
+/// being the diagonal of what they hold, which is missing as long as they are not refined. Levels of a tile replace one another. Errors
+/// never rise from parent to child. A layer without a tile is left out; a tileset without any has an empty root.
 #[must_use]
-pub fn write_tileset(header: &TilesetHeader, layers: &[&[Layer]]) -> Vec<u8> {
-    let trees: Vec<Node> = layers.iter().filter_map(|layer| tree(layer)).collect();
-    let mut root = match <[Node; 1]>::try_from(trees) {
+pub fn write_tileset(header: &TilesetHeader, layers: &[TileLayer<'_>]) -> Vec<u8> {
+    let trees: Vec<Node> = layers.iter().filter_map(tree).collect();
+    let root = match <[Node; 1]>::try_from(trees) {
         Ok([tree]) => tree,
         Err(trees) => Node::over(trees),
     };
-    // A root whose own content is coarse is missing wholly as long as it is not there.
+    // As long as the root is not there, all is missing.
     let error = root.error.max(root.low.distance(root.high));
-    root.error = error;
     let mut tile = root.json();
     if let Some(transform) = header.transform {
         tile["transform"] = json!(transform);
@@ -117,30 +136,66 @@ impl Node {
 }
 
 /// The quadtree over the tiles of a layer.
-fn tree(layer: &[Layer]) -> Option<Node> {
-    let far = layer.iter().flat_map(|l| l.tile).max()?;
-    quadrant(&layer.iter().collect::<Vec<_>>(), [0, 0], (far + 1).next_power_of_two())
+fn tree(layer: &TileLayer<'_>) -> Option<Node> {
+    let tiles: Vec<_> = layer.tiles.iter().map(|l| (l.tile, l)).collect();
+    let mut inner = |corner: [u32; 2], side: u32, children: Vec<Node>| {
+        let mut node = Node::over(children);
+        if let Some(overview) = layer.overviews.iter().find(|o| (o.corner, o.side) == (corner, side)) {
+            let level = &overview.level;
+            (node.low, node.high) = (node.low.min(level.low), node.high.max(level.high));
+            node.error = node.children.iter().map(|c| c.error).fold(level.error, f64::max);
+            node.content = Some(level.uri.clone());
+        }
+        Some(node)
+    };
+    quadtree(&tiles, &mut |l: &&Layer| Node::levels(&l.levels), &mut inner)
 }
 
-/// The tiles of a square of the grid. Quadrants with one child only are that child.
-fn quadrant(tiles: &[&Layer], [x, y]: [u32; 2], side: u32) -> Option<Node> {
+/// Folds the quadtree over the tiles of a grid: `leaf` makes something of a tile, `inner` of a square of the grid, by its lowest corner
+/// and its side, from what came of its quarters. A square with one such part only is that part.
+///
+/// # Examples
+/// ```
+/// use gable_city_model::tiles3d::quadtree;
+///
+/// let tiles = [([0, 0], "a"), ([1, 0], "b"), ([3, 3], "c")];
+/// let inner = &mut |corner: [u32; 2], side: u32, parts: Vec<String>| Some(format!("{corner:?}+{side}({})", parts.join(" ")));
+/// let found = quadtree(&tiles, &mut |name: &&str| Some((*name).to_owned()), inner);
+/// assert_eq!(found.unwrap(), "[0, 0]+4([0, 0]+2(a b) c)");
+/// ```
+pub fn quadtree<L, T>(
+    tiles: &[([u32; 2], L)],
+    leaf: &mut impl FnMut(&L) -> Option<T>,
+    inner: &mut impl FnMut([u32; 2], u32, Vec<T>) -> Option<T>,
+) -> Option<T> {
+    let far = tiles.iter().flat_map(|(tile, _)| *tile).max()?;
+    quadrant(&tiles.iter().collect::<Vec<_>>(), [0, 0], (far + 1).next_power_of_two(), leaf, inner)
+}
+
+fn quadrant<L, T>(
+    tiles: &[&([u32; 2], L)],
+    [x, y]: [u32; 2],
+    side: u32,
+    leaf: &mut impl FnMut(&L) -> Option<T>,
+    inner: &mut impl FnMut([u32; 2], u32, Vec<T>) -> Option<T>,
+) -> Option<T> {
     if tiles.is_empty() {
         return None;
     }
     if side == 1 {
-        return tiles.iter().find_map(|l| Node::levels(&l.levels));
+        return tiles.iter().find_map(|(_, l)| leaf(l));
     }
     let half = side / 2;
-    let mut children = Vec::new();
+    let mut parts = Vec::new();
     for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
         let corner = [x + dx, y + dy];
-        let inside = |l: &&&Layer| (0..2).all(|i| (corner[i]..corner[i] + half).contains(&l.tile[i]));
-        let inside: Vec<&Layer> = tiles.iter().filter(inside).copied().collect();
-        children.extend(quadrant(&inside, corner, half));
+        let inside = |tile: &[u32; 2]| (0..2).all(|i| (corner[i]..corner[i] + half).contains(&tile[i]));
+        let inside: Vec<&([u32; 2], L)> = tiles.iter().filter(|(tile, _)| inside(tile)).copied().collect();
+        parts.extend(quadrant(&inside, corner, half, leaf, inner));
     }
-    match <[Node; 1]>::try_from(children) {
+    match <[T; 1]>::try_from(parts) {
         Ok([only]) => Some(only),
-        Err(children) if children.is_empty() => None,
-        Err(children) => Some(Node::over(children)),
+        Err(parts) if parts.is_empty() => None,
+        Err(parts) => inner([x, y], side, parts),
     }
 }

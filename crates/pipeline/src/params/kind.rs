@@ -207,6 +207,8 @@ choices! {
         CityGml = "citygml",
         /// 3D Tiles 1.1, contents for each tile and tilesets for the city.
         Tiles3d = "3dtiles",
+        /// 3D Tiles 1.1 of the mesh itself, thinned out and coloured, to compare.
+        MeshTiles3d = "mesh-3dtiles",
     }
 }
 

@@ -222,6 +222,12 @@ impl Params {
         self.output.terrain && self.output.formats.contains(&Format::Tiles3d)
     }
 
+    /// Whether the mesh is written for viewers.
+    #[must_use]
+    pub(crate) fn shows_mesh(&self) -> bool {
+        self.output.formats.contains(&Format::MeshTiles3d)
+    }
+
     /// Checks every limit, and what has to go together.
     ///
     /// # Errors

@@ -1,7 +1,9 @@
 //! The stages, one a file, as functions from artefacts to artefacts.
 
+pub(crate) mod ground_overview;
 pub(crate) mod holes;
 pub(crate) mod labels;
+pub(crate) mod mesh_tiles;
 pub(crate) mod model;
 pub(crate) mod prepare;
 pub(crate) mod sample;

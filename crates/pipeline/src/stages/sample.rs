@@ -1,11 +1,12 @@
 //! Rasters of every block, in pieces of a fixed lattice so that no raster in memory is larger than one piece.
 
-use super::Context;
 use super::split::Blocks;
+use super::{Context, mesh_tiles};
 use crate::artefact;
 use crate::failure::{guarded, is_local};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
+use gable_city_model::tiles3d::Layer;
 use gable_ortho::{GridWindow, OrthoError, Orthograph, SampleParams, TextureCache, sample};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,9 @@ pub(crate) struct Seen {
     /// Of these, pixels with a photographed colour.
     pub(crate) photographed: u64,
     pub(crate) seconds: f64,
+    /// The mesh for viewers, where it is wanted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) mesh: Option<Layer>,
     #[serde(skip)]
     pub(crate) reused: bool,
     /// Why nothing could be seen.
@@ -94,7 +98,8 @@ impl Seen {
                 false
             }
         };
-        self.pieces.iter().all(whole)
+        let mut mesh = self.mesh.iter().flat_map(|layer| &layer.levels);
+        self.pieces.iter().all(whole) && mesh.all(|level| context.workspace.path(&mesh_tiles::file(level)).is_file())
     }
 }
 
@@ -132,6 +137,9 @@ pub(crate) fn block(
             other => context.failed(Stage::Sample, &name, other),
         })?;
         seen.pieces.push(Piece { file, x0: piece.x0, y0: piece.y0, width: piece.width, height: piece.height });
+    }
+    if context.params.shows_mesh() {
+        seen.mesh = mesh_tiles::make(context, &mesh, core, textures, [ix, iy])?;
     }
     seen.seconds = begin.elapsed().as_secs_f64();
     Ok(seen)

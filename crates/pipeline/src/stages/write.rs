@@ -1,15 +1,16 @@
 //! Tiles and the whole city as CityJSON, CityJSONSeq, CityGML and 3D Tiles, and the index of what was written.
 
-use super::Context;
 use super::model::{self, Modelled, Tile};
+use super::sample::Seen;
 use super::split::Blocks;
-use super::tiles3d;
+use super::{Context, mesh_tiles, tiles3d};
 use crate::artefact;
 use crate::failure::{Failures, guarded, is_local};
 use crate::mosaic::Mosaic;
 use crate::params::{Format, Params};
 use crate::summary::Lod;
 use crate::{PipelineError, Stage};
+use gable_city_model::tiles3d::Layer;
 use gable_city_model::{Building, CityModel, Header, SeqWriter, Terrain as Tin};
 use gable_geometry::dvec2;
 use gable_ortho::{GridWindow, Orthograph};
@@ -50,6 +51,7 @@ pub(crate) const CITY: &str = "city.city.jsonl";
 pub(crate) fn write(
     context: &Context<'_>,
     blocks: &Blocks,
+    seen: &[Seen],
     tiles: &[Tile],
     terrain: &Terrain,
     ortho: &Mosaic<Orthograph>,
@@ -68,7 +70,8 @@ pub(crate) fn write(
             let name = format!("{ix}_{iy}");
             let made = guarded(Stage::Write, &name, || {
                 let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
-                tile(context, blocks, [ix, iy], modelled, terrain, ortho, title, out)
+                let mesh = seen.iter().find(|s| s.block == [ix, iy]).and_then(|s| s.mesh.as_ref());
+                tile(context, blocks, [ix, iy], modelled, terrain, ortho, mesh, title, out)
             });
             let made = match made {
                 Err(error) if is_local(&error) => Err(error.to_string()),
@@ -118,6 +121,7 @@ pub(crate) fn tile(
     modelled: Vec<Modelled>,
     terrain: &Terrain,
     ortho: &Mosaic<Orthograph>,
+    mesh: Option<&Layer>,
     title: &str,
     out: &Path,
 ) -> Result<Written, PipelineError> {
@@ -137,10 +141,19 @@ pub(crate) fn tile(
             Format::CityGml => format!("{ix}_{iy}.gml"),
             Format::Tiles3d => {
                 let Some(window) = blocks.core(ix, iy) else { continue };
-                let (buildings, tin) = (&model.buildings, model.terrain.as_ref());
+                let (buildings, tin) = (&model.buildings, model.terrain.as_ref().map(|tin| (terrain, tin)));
                 let (made, names) = tiles3d::tile(context, window, [ix, iy], buildings, tin, ortho, out)?;
+                let mesh = layers.mesh.take();
                 layers = made;
+                layers.mesh = mesh;
                 files.extend(names);
+                continue;
+            }
+            Format::MeshTiles3d => {
+                if let Some(mesh) = mesh {
+                    files.extend(mesh_tiles::put(context, mesh, out)?);
+                    layers.mesh = Some(mesh.clone());
+                }
                 continue;
             }
             Format::CityJsonSeq => continue,
@@ -181,9 +194,7 @@ pub(crate) fn index(
     let city = context.params.output.formats.contains(&Format::CityJsonSeq).then_some(CITY);
     let mut files: Vec<String> = city.map(str::to_owned).into_iter().collect();
     files.extend(tiles.iter().flat_map(|e| e.files.iter().cloned()));
-    if context.params.output.formats.contains(&Format::Tiles3d) {
-        files.extend(tiles3d::tilesets(blocks, layers, title, out)?);
-    }
+    files.extend(tiles3d::tilesets(context, blocks, layers, title, out)?);
     let index = Index {
         title,
         crs: blocks.frame().crs.to_string(),

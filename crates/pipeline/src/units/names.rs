@@ -16,6 +16,8 @@ pub(super) const TEXTURES: &str = "textures.json";
 pub(super) const SAMPLED: &str = "sampled.json";
 /// What was stitched, city-wide: [`Stitched`].
 pub(super) const STITCHED: &str = "stitched.json";
+/// Where buildings cross the borders of blocks, for those who watch: a list of [`Seam`].
+pub(super) const SEAMS: &str = "seams.json";
 /// The buildings of the finished city.
 pub(super) const BUILDINGS: &str = "buildings.jsonl";
 
@@ -79,6 +81,17 @@ pub(super) struct Stitched {
     pub(super) holes: Vec<(f64, [f64; 2])>,
     /// The patches with their labels.
     pub(super) labels: Vec<LabelFile>,
+}
+
+/// Blocks that have buildings in common.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Seam {
+    /// The blocks, by row, then column: `{ix}_{iy}`.
+    pub(super) blocks: Vec<String>,
+    /// The tile that owns the buildings, and models them.
+    pub(super) owner: String,
+    /// How many buildings.
+    pub(super) buildings: usize,
 }
 
 /// Where the labels of a patch lie.

@@ -3,14 +3,15 @@
 use super::names::{GRID, SeenBlock, coarse_file, materials_file, seen_file};
 use super::textures::{self, BlockMaterial};
 use super::{Unit, UnitResult};
-use crate::stages::sample as stage;
 use crate::stages::split::Blocks;
+use crate::stages::{mesh_tiles, sample as stage};
 use crate::{PipelineError, artefact};
 use gable_blocks::SplitReport;
 use gable_ortho::Orthograph;
 use gable_segmentation::{CoarseHeights, GreenExcess};
 
-/// Reads: `grid.json`, the block, its materials, their textures. Makes: `ortho/`, `seen/{ix}_{iy}.json`, `coarse/{ix}_{iy}.low`.
+/// Reads: `grid.json`, the block, its materials, their textures. Makes: `ortho/`, `seen/{ix}_{iy}.json`, `coarse/{ix}_{iy}.low`, `mesh/` where it
+/// is to be shown.
 pub(super) fn sample(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder, name) = (unit.context, unit.folder, unit.task.unit.as_str());
     let [ix, iy] = unit.block()?;
@@ -34,6 +35,7 @@ pub(super) fn sample(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     super::coarse_file::write(&folder.join(coarse_file(name)), &heights, &green)?;
     let mut made = vec![seen_file(name), coarse_file(name)];
     made.extend(seen.pieces.iter().map(|p| p.file.clone()));
+    made.extend(seen.mesh.iter().flat_map(|layer| &layer.levels).map(mesh_tiles::file));
     unit.write(&seen_file(name), &SeenBlock { seen, textures: textures::failures(&textures, folder) })?;
     Ok(UnitResult { made, ..UnitResult::default() })
 }

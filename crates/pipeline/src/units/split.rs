@@ -45,6 +45,8 @@ pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
             reads,
             reuse: true,
             basis: basis(params, &["sampling", "segmentation"]),
+            // Of what is written, only this concerns a block.
+            detail: serde_json::json!({ "shows_mesh": params.shows_mesh() }),
             ..UnitInput::default()
         };
         result.tasks.push(UnitTask { stage: Stage::Sample, unit: name, input, required: false });
@@ -93,6 +95,9 @@ fn city_wide(unit: &Unit<'_>) -> Vec<UnitTask> {
     stitch.extend(given::reads(params, &["footprints"]));
     let mut report =
         names(&[GRID, SPLIT, TEXTURES, super::names::SAMPLED, super::names::STITCHED, "written/", "lines/"]);
+    if params.drapes_ground() {
+        report.extend(names(&["overview/"]));
+    }
     if params.output.report {
         report.extend(names(&["ortho/", "labels/", "terrain/", "models/"]));
     } else if params.output.labels {

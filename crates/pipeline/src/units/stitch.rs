@@ -1,14 +1,15 @@
 //! From the labels of all patches to whole buildings, each given to the tile that owns it.
 
-use super::names::{GRID, LabelFile, SAMPLED, SPLIT, STITCHED, Sampled, Stitched, basis, tasks_file};
+use super::names::{GRID, LabelFile, SAMPLED, SEAMS, SPLIT, STITCHED, Sampled, Seam, Stitched, basis, tasks_file};
 use super::{Unit, UnitInput, UnitResult, UnitTask, given, terrain_file};
 use crate::failure::Failures;
 use crate::known::Known;
 use crate::params::{Method, Params};
 use crate::stages::sample::Piece;
 use crate::stages::split::Blocks;
-use crate::stages::{holes, model, prepare, sample, segment, stitch as stage, write};
+use crate::stages::{holes, mesh_tiles, model, prepare, sample, segment, stitch as stage, write};
 use crate::{PipelineError, Stage, artefact};
+use gable_city_model::tiles3d::Layer;
 use gable_ortho::GridWindow;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,6 +35,9 @@ pub(super) struct WriteDetail {
     /// The rasters of the tile, where its ground is to be seen.
     #[serde(default)]
     pub(super) pieces: Vec<Piece>,
+    /// The mesh for viewers, where it is wanted.
+    #[serde(default)]
+    pub(super) mesh: Option<Layer>,
 }
 
 /// The blocks that failed up to the labelling, with their reasons.
@@ -52,7 +56,7 @@ pub(super) fn failures(unit: &Unit<'_>, blocks: &Blocks, patches: &[GridWindow])
     failures
 }
 
-/// Reads: `split.json`, `sampled.json`, `labels/`. Makes: `labels/*.final.lab`, `buildings/`, `stitched.json`. Adds: the modelling
+/// Reads: `split.json`, `sampled.json`, `labels/`. Makes: `labels/*.final.lab`, `buildings/`, `stitched.json`, `seams.json`. Adds: the modelling
 /// of each tile that owns buildings, and the writing of each tile.
 pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder, params) = (unit.context, unit.folder, unit.context.params);
@@ -104,8 +108,33 @@ pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     }
     let holes = holes.iter().map(|h| (h.area, h.centre.to_array())).collect();
     unit.write(STITCHED, &Stitched { holes, labels })?;
-    result.made.push(STITCHED.to_owned());
+    unit.write(SEAMS, &seams(&blocks, &owned, step))?;
+    result.made.extend([STITCHED, SEAMS].map(str::to_owned));
     Ok(result)
+}
+
+/// Where buildings reach into more than one block, by their extents.
+fn seams(blocks: &Blocks, owned: &BTreeMap<(u32, u32), Vec<&stage::Task>>, step: f64) -> Vec<Seam> {
+    let mut found: BTreeMap<(BTreeSet<(u32, u32)>, (u32, u32)), usize> = BTreeMap::new();
+    for (&owner, tasks) in owned {
+        for task in tasks {
+            let window = task.window(step);
+            let (x1, y1) = (window.x0 + window.width as i64 - 1, window.y0 + window.height as i64 - 1);
+            let core = |x, y| blocks.report.grid.core_of_pixel(x, y).map(|c| (c.row, c.column));
+            let (Some(low), Some(high)) = (core(window.x0, window.y0), core(x1, y1)) else { continue };
+            if low != high {
+                let reach = (low.0..=high.0).flat_map(|row| (low.1..=high.1).map(move |column| (row, column)));
+                *found.entry((reach.collect(), owner)).or_default() += 1;
+            }
+        }
+    }
+    let name = |&(iy, ix): &(u32, u32)| format!("{ix}_{iy}");
+    let seam = |((reach, owner), buildings): ((BTreeSet<_>, _), usize)| Seam {
+        blocks: reach.iter().map(name).collect(),
+        owner: name(&owner),
+        buildings,
+    };
+    found.into_iter().map(seam).collect()
 }
 
 /// What later units are cut from.
@@ -173,8 +202,11 @@ impl City<'_> {
             pieces.extend(self.sampled.pieces().filter(|p| !p.window(step).intersection(&window).is_empty()).cloned());
             reads.extend(pieces.iter().map(|p| p.file.clone()));
         }
+        let seen = self.sampled.blocks.iter().find(|b| b.seen.block == [ix, iy]);
+        let mesh = seen.and_then(|b| b.seen.mesh.clone()).filter(|_| self.params().shows_mesh());
+        reads.extend(mesh.iter().flat_map(|layer| &layer.levels).map(mesh_tiles::file));
         let groups = ["sampling", "segmentation", "output", "validation"];
-        self.task(Stage::Write, &name, reads, &groups, &WriteDetail { title: self.unit.title(), pieces })
+        self.task(Stage::Write, &name, reads, &groups, &WriteDetail { title: self.unit.title(), pieces, mesh })
     }
 
     fn task(

@@ -7,7 +7,7 @@ use super::{RESULT, Unit, UnitResult, terrain_file};
 use crate::failure::Failures;
 use crate::params::Format;
 use crate::stages::split::Blocks;
-use crate::stages::{model, sample, tiles3d, write as stage};
+use crate::stages::{ground_overview, model, sample, tiles3d, write as stage};
 use crate::{PipelineError, artefact};
 use gable_ortho::{GridWindow, Raster};
 use gable_segmentation::Terrain;
@@ -24,11 +24,11 @@ pub(super) struct WrittenTile {
 }
 
 /// Reads: `grid.json`, the tile's models (none if it owns no building, or if they failed), the tiles of the terrain under it; for 3D
-/// Tiles also its rasters. Makes: `result/tiles/`, `result/3dtiles/`, its lines in the file of the city, and `written/{ix}_{iy}.json`.
+/// Tiles also its rasters, and the mesh that was thinned out. Makes: `result/tiles/`, `result/3dtiles/`, `overview/`, its lines in the file of the city, and `written/{ix}_{iy}.json`.
 pub(super) fn write(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder, name) = (unit.context, unit.folder, unit.task.unit.as_str());
     let [ix, iy] = unit.block()?;
-    let WriteDetail { title, pieces } = unit.detail()?;
+    let WriteDetail { title, pieces, mesh } = unit.detail()?;
     let ortho = sample::mosaic(context, &pieces);
     let blocks = Blocks { report: unit.read(GRID)?, folder: folder.join("blocks") };
     let modelled: Vec<model::Modelled> =
@@ -44,8 +44,13 @@ pub(super) fn write(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     for made in ["result/tiles", "written", "lines"] {
         artefact::create_dir(&folder.join(made))?;
     }
-    let written = stage::tile(context, &blocks, [ix, iy], modelled, &terrain, &ortho, &title, &folder.join(RESULT))?;
+    let out = folder.join(RESULT);
+    let written = stage::tile(context, &blocks, [ix, iy], modelled, &terrain, &ortho, mesh.as_ref(), &title, &out)?;
+    let part = ground_overview::file([ix, iy]);
     let mut made: Vec<String> = written.files.iter().map(|file| format!("{RESULT}{file}")).collect();
+    if folder.join(&part).is_file() {
+        made.push(part);
+    }
     if context.params.output.formats.contains(&Format::CityJsonSeq) {
         let parts = stage::lines(context, &stage::header(&blocks, &title), &written)?;
         for (part, bytes) in ["buildings", "terrain"].into_iter().zip(parts) {

@@ -44,6 +44,14 @@ export interface Unit {
   seconds?: number;
 }
 
+/// Blocks that have buildings in common.
+export interface Seam {
+  blocks: string[];
+  /// The tile that models the buildings.
+  owner: string;
+  buildings: number;
+}
+
 export interface JobEvent {
   number: number;
   at: string;
@@ -210,8 +218,8 @@ export async function pages<T, P extends { next?: string | number }>(
 }
 
 /// Script time of the last polls, milliseconds: what the tests measure.
-export const pollCosts: number[] = [];
-(window as unknown as { gablePollCosts: number[] }).gablePollCosts = pollCosts;
+export const pollCosts: { path: string; ms: number }[] = [];
+(window as unknown as { gablePollCosts: typeof pollCosts }).gablePollCosts = pollCosts;
 
 /// Asks again and again; what has not changed costs a 304 and no script. Gives a function that ends it.
 export function poll<T>(path: string, every: number, take: (value: T) => void, fail: (error: ApiError) => void): () => void {
@@ -233,7 +241,7 @@ export function poll<T>(path: string, every: number, take: (value: T) => void, f
           take(JSON.parse(text));
           // Rendering is batched into a microtask, so it has happened in the one after the next.
           queueMicrotask(() => queueMicrotask(() => {
-            pollCosts.push(performance.now() - begin);
+            pollCosts.push({ path, ms: performance.now() - begin });
             if (pollCosts.length > 100) pollCosts.shift();
           }));
         }

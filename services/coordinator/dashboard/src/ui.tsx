@@ -1,7 +1,7 @@
 // What all pages are made of.
 
 import type { ComponentChildren } from 'preact';
-import { useEffect, useState } from 'preact/hooks';
+import { useEffect, useRef, useState } from 'preact/hooks';
 import { ApiError, get, poll } from './api';
 
 const GLYPH: Record<string, string> = {
@@ -12,6 +12,15 @@ export const State = ({ state }: { state: string }) => (
   <span class={`state ${state}`}>
     <span aria-hidden="true">{GLYPH[state] ?? '·'}</span> {state}
   </span>
+);
+
+/// The head of a table: its columns, those of numbers as numbers stand.
+export const Columns = ({ names, numbers = [] }: { names: string[]; numbers?: string[] }) => (
+  <thead>
+    <tr>
+      {names.map((name) => <th scope="col" key={name} class={numbers.includes(name) ? 'number' : undefined}>{name}</th>)}
+    </tr>
+  </thead>
 );
 
 export const Empty = ({ title, children }: { title: string; children?: ComponentChildren }) => (
@@ -76,6 +85,23 @@ export function useGet<T>(path: string | null, load: (path: string) => Promise<T
     };
   }, [path, turn]);
   return { ...(state.path === path ? state : {}), again: () => again((n) => n + 1) };
+}
+
+/// The latest value, but taken over only so often, when the browser has time: for what is dear to draw. At the end, at once.
+export function useSeldom<T>(value: T, every: number, last: boolean): T {
+  const [taken, take] = useState(value);
+  const latest = useRef(value);
+  latest.current = value;
+  const none = taken === undefined;
+  useEffect(() => {
+    if (none || last) take(value);
+  }, [none, last, none || last ? value : undefined]);
+  useEffect(() => {
+    const idle = window.requestIdleCallback ?? ((then: () => void) => setTimeout(then, 0));
+    const timer = setInterval(() => idle(() => take(latest.current)), every);
+    return () => clearInterval(timer);
+  }, [every]);
+  return taken;
 }
 
 /// The time, every so often, for what tells how long ago something was.

@@ -13,6 +13,7 @@ pub(crate) mod jobs;
 mod metrics;
 mod parameters;
 mod schedules;
+mod seams;
 mod uploads;
 mod webhooks;
 mod workers;
@@ -137,6 +138,7 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(jobs::retry))
         .routes(routes!(jobs::set_priority))
         .routes(routes!(blocks::list))
+        .routes(routes!(seams::list))
         .routes(routes!(events::list))
         .routes(routes!(files::list))
         .routes(routes!(files::content))

@@ -5,7 +5,7 @@ import { download, filesOf, jobPlace, request } from '../api';
 import { seconds } from '../format';
 import { STAGES } from '../progress';
 import { link } from '../router';
-import { Failure, Loading, State, useGet } from '../ui';
+import { Columns, Failure, Loading, State, useGet } from '../ui';
 import { useEffect, useRef } from 'preact/hooks';
 import { EventLine } from './job';
 import { type Roof, photograph, roofsOf } from './pictures';
@@ -23,7 +23,7 @@ export function BlockPanel({ job, name, units, events, close }: { job: JobDetail
         <button class="quiet" onClick={close} aria-label="Close">✕</button>
       </div>
       <div class="scroll"><table>
-        <thead><tr>{['Stage', 'State', 'Attempts', 'Time', 'Worker'].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
+        <Columns names={['Stage', 'State', 'Attempts', 'Time', 'Worker']} numbers={['Attempts', 'Time']} />
         <tbody>
           {own.map((u) => (
             <tr key={u.stage}>

@@ -4,7 +4,7 @@ import { useMemo, useState } from 'preact/hooks';
 import { type Change, type City, type Generation, cityPlace, filesOf, pages } from '../api';
 import { ago, count, plural } from '../format';
 import { type Route, link, replaceQuery } from '../router';
-import { Empty, Failure, Loading, useGet, useNow } from '../ui';
+import { Columns, Empty, Failure, Loading, useGet, useNow } from '../ui';
 import { type Roof, roofsByBuilding } from './pictures';
 
 export function CityPage({ name, route }: { name: string; route: Route }) {
@@ -37,7 +37,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
         <h2 id="generations-title">Generations</h2>
         <div class="scroll">
           <table>
-            <thead><tr>{['Number', 'Published', 'Buildings', 'Added', 'Removed', 'Changed', ''].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
+            <Columns names={['Number', 'Published', 'Buildings', 'Added', 'Removed', 'Changed', '']} numbers={['Buildings', 'Added', 'Removed', 'Changed']} />
             <tbody>
               {generations.map((g) => (
                 <tr key={g.number} aria-current={g.number === to ? 'true' : undefined}>

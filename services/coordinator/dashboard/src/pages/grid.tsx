@@ -1,10 +1,9 @@
 // The blocks of a job as a heat map.
 
 import { memo } from 'preact/compat';
-import { useRef } from 'preact/hooks';
+import { useLayoutEffect, useMemo, useRef } from 'preact/hooks';
 import type { Unit } from '../api';
 import { seconds } from '../format';
-import { STAGES } from '../progress';
 
 export const METRICS = ['state', 'phase', 'seconds', 'attempts'] as const;
 export type Metric = (typeof METRICS)[number];
@@ -24,21 +23,34 @@ export interface Block {
 /// The stages whose units are blocks. Patches of the labelling are on a lattice of their own.
 const OF_BLOCKS = ['sample', 'model', 'write'];
 
+const places = new Map<string, [number, number]>();
+
+/// Column and row of a block.
+function place(name: string): [number, number] {
+  let found = places.get(name);
+  if (!found) places.set(name, (found = name.split('_').map(Number) as [number, number]));
+  return found;
+}
+
 export function blocksOf(units: Unit[]): Map<string, Block> {
   const blocks = new Map<string, Block>();
   for (const unit of units) {
-    if (!OF_BLOCKS.includes(unit.stage)) continue;
-    const [x, y] = unit.unit.split('_').map(Number);
-    const block = blocks.get(unit.unit) ?? { name: unit.unit, x, y, state: 'ready', stage: '', seconds: 0, attempts: 0 };
+    const order = OF_BLOCKS.indexOf(unit.stage);
+    if (order < 0) continue;
+    let block = blocks.get(unit.unit);
+    if (!block) {
+      const [x, y] = place(unit.unit);
+      blocks.set(unit.unit, (block = { name: unit.unit, x, y, state: 'ready', stage: '', seconds: 0, attempts: 0 }));
+    }
     block.seconds += unit.seconds ?? 0;
-    block.attempts = Math.max(block.attempts, unit.attempts);
+    if (unit.attempts > block.attempts) block.attempts = unit.attempts;
     // A failure stays; else the latest stage that has begun tells the state.
-    const later = STAGES.indexOf(unit.stage) >= STAGES.indexOf(block.stage);
+    const later = order >= OF_BLOCKS.indexOf(block.stage);
     if (unit.state === 'failed') [block.state, block.stage, block.reason] = ['failed', unit.stage, unit.reason];
     else if (block.state !== 'failed' && later && (unit.state !== 'ready' || block.stage === '')) {
-      [block.state, block.stage] = [unit.state, unit.stage];
+      block.state = unit.state;
+      block.stage = unit.stage;
     }
-    blocks.set(unit.unit, block);
   }
   return blocks;
 }
@@ -47,9 +59,8 @@ export function blocksOf(units: Unit[]): Map<string, Block> {
 const shade = (block: Block) =>
   block.state === 'done' || block.state === 'reused' ? `${block.state} ${block.stage}` : block.state;
 
-export function Grid({ blocks, metric, chosen, choose }: { blocks: Map<string, Block>; metric: Metric; chosen: string | null; choose: (name: string | null) => void }) {
+export const Grid = memo(({ blocks, metric, chosen, choose }: { blocks: Map<string, Block>; metric: Metric; chosen: string | null; choose: (name: string | null) => void }) => {
   const frame = useRef<HTMLDivElement>(null);
-  if (!blocks.size) return <p class="dim">The mesh is not split yet.</p>;
   let [columns, rows, slowest, most] = [1, 1, 0.1, 1];
   for (const block of blocks.values()) {
     columns = Math.max(columns, block.x + 1);
@@ -57,12 +68,40 @@ export function Grid({ blocks, metric, chosen, choose }: { blocks: Map<string, B
     slowest = Math.max(slowest, block.seconds);
     most = Math.max(most, block.attempts);
   }
+  // Which blocks there are does not change from poll to poll, how they look does: that is written to the cells themselves.
+  const names = useMemo(() => [...blocks.keys()], [blocks.size]);
+  const told = useRef(new Map<string, string>());
+  useLayoutEffect(() => told.current.clear(), [names, columns, rows]);
+  useLayoutEffect(() => {
+    const cells = frame.current?.children;
+    if (!cells) return;
+    const first = chosen && blocks.has(chosen) ? chosen : names[0];
+    for (const block of blocks.values()) {
+      const level = metric === 'seconds' ? block.seconds / slowest : metric === 'attempts' ? (block.attempts - 1) / Math.max(1, most - 1) : -1;
+      const look = metric === 'phase' ? `phase-${block.stage}` : level < 0 ? shade(block) : block.attempts ? 'scale' : 'ready';
+      const part = level > 0 ? Math.round(level * 20) * 5 : 0;
+      const [isChosen, isStop] = [block.name === chosen, block.name === first];
+      const state = `${look}|${part}|${block.stage}|${block.state}|${block.attempts}|${metric === 'seconds' ? block.seconds.toFixed(1) : ''}|${isChosen}|${isStop}|${block.reason ?? ''}`;
+      if (told.current.get(block.name) === state) continue;
+      told.current.set(block.name, state);
+      const cell = cells[(rows - 1 - block.y) * columns + block.x] as HTMLElement;
+      const text = metric === 'seconds' ? `, ${seconds(block.seconds)}` : metric === 'attempts' ? `, ${block.attempts} attempts` : '';
+      const label = `Block ${block.x}, ${block.y}: ${block.stage} ${block.state}${text}${block.reason ? `: ${block.reason}` : ''}`;
+      cell.className = `cell ${look}`;
+      cell.style.setProperty('--level', `${part}%`);
+      cell.title = label;
+      cell.setAttribute('aria-label', label);
+      cell.setAttribute('aria-pressed', String(isChosen));
+      cell.tabIndex = isStop ? 0 : -1;
+    }
+  });
+  if (!blocks.size) return <p class="dim">The mesh is not split yet.</p>;
   const key = (event: KeyboardEvent) => {
     const cell = (event.target as HTMLElement).dataset.block;
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     if (!cell || !step) return;
     event.preventDefault();
-    let [x, y] = cell.split('_').map(Number);
+    let [x, y] = place(cell);
     for (;;) {
       [x, y] = [x + step[0], y + step[1]];
       if (x < 0 || y < 0 || x >= columns || y >= rows) return;
@@ -74,43 +113,28 @@ export function Grid({ blocks, metric, chosen, choose }: { blocks: Map<string, B
     const cell = (event.target as HTMLElement).closest<HTMLElement>('[data-block]')?.dataset.block;
     if (cell) choose(cell === chosen ? null : cell);
   };
-  const first = chosen && blocks.has(chosen) ? chosen : blocks.keys().next().value;
-  const cells = [];
-  for (let y = rows - 1; y >= 0; y--) {
-    for (let x = 0; x < columns; x++) {
-      const block = blocks.get(`${x}_${y}`);
-      if (!block) {
-        cells.push(<span key={`${x}_${y}`} class="cell none" />);
-        continue;
-      }
-      const level = metric === 'seconds' ? block.seconds / slowest : metric === 'attempts' ? (block.attempts - 1) / Math.max(1, most - 1) : -1;
-      const text = metric === 'seconds' ? seconds(block.seconds) : metric === 'attempts' ? `${block.attempts} attempts` : '';
-      cells.push(
-        <Cell
-          key={block.name}
-          name={block.name}
-          look={metric === 'phase' ? `phase-${block.stage}` : level < 0 ? shade(block) : block.attempts ? 'scale' : 'ready'}
-          level={level < 0 ? 0 : Math.round(level * 20) / 20}
-          label={`Block ${x}, ${y}: ${block.stage} ${block.state}${text ? `, ${text}` : ''}${block.reason ? `: ${block.reason}` : ''}`}
-          chosen={block.name === chosen}
-          stop={block.name === first}
-        />,
-      );
-    }
-  }
   return (
     <>
       <div class="grid" ref={frame} style={{ gridTemplateColumns: `repeat(${columns}, 1fr)` }} role="group" aria-label={`Blocks, ${columns} columns, ${rows} rows, north at the top`} onClick={click} onKeyDown={key}>
-        {cells}
+        <Cells names={names} columns={columns} rows={rows} />
       </div>
       <Legend metric={metric} slowest={slowest} most={most} />
     </>
   );
-}
+});
 
-const Cell = memo(({ name, look, level, label, chosen, stop }: { name: string; look: string; level: number; label: string; chosen: boolean; stop: boolean }) => (
-  <button class={`cell ${look}`} data-block={name} style={level ? { '--level': `${level * 100}%` } : undefined} title={label} aria-label={label} aria-pressed={chosen} tabIndex={stop ? 0 : -1} />
-));
+/// The cells, north at the top; nothing for places without a block.
+const Cells = memo(({ names, columns, rows }: { names: string[]; columns: number; rows: number }) => {
+  const there = new Set(names);
+  const cells = [];
+  for (let y = rows - 1; y >= 0; y--) {
+    for (let x = 0; x < columns; x++) {
+      const name = `${x}_${y}`;
+      cells.push(there.has(name) ? <button key={name} data-block={name} /> : <span key={name} class="cell none" />);
+    }
+  }
+  return <>{cells}</>;
+});
 
 function Legend({ metric, slowest, most }: { metric: Metric; slowest: number; most: number }) {
   const items: [string, string][] =

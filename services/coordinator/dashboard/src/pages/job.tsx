@@ -1,12 +1,15 @@
-import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { memo } from 'preact/compat';
+import { useCallback, useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { type Job, type JobDetail, type JobEvent, type ResultFile, type Unit, download, filesOf, follow, jobPlace, send } from '../api';
 import { useCaller } from '../caller';
 import { ago, between, bytes, moment, plural, seconds, tail, timeOfDay } from '../format';
 import { STAGES, fraction, left } from '../progress';
 import { type Route, link, replaceQuery } from '../router';
-import { Action, Bar, Failure, Loading, State, useGet, useNow, usePoll } from '../ui';
+import { Action, Bar, Columns, Failure, Loading, State, useGet, useNow, usePoll, useSeldom } from '../ui';
 import { BlockPanel } from './block';
 import { Grid, METRICS, type Metric, blocksOf } from './grid';
+import { Priority } from './priority';
+import { Seams } from './seams';
 import { Timeline } from './timeline';
 
 /// Most events that are kept.
@@ -20,6 +23,11 @@ export function JobPage({ id, route }: { id: string; route: Route }) {
   const metric = (route.query.get('by') ?? 'state') as Metric;
   const block = route.query.get('block');
   const blocks = useMemo(() => blocksOf(units ?? []), [units]);
+  // Parts that are drawn again only if they change keep it: it has to know where the page is now.
+  const here = useRef(route);
+  here.current = route;
+  const chooseBlock = useCallback((name: string | null) => replaceQuery(here.current, { block: name ?? undefined }), []);
+  const drawn = useSeldom(units, 10_000, job?.finished !== undefined);
   if (!job) return error ? <Failure error={error} /> : <Loading what="the job" />;
   const failed = (units ?? []).filter((u) => u.state === 'failed');
   return (
@@ -28,29 +36,32 @@ export function JobPage({ id, route }: { id: string; route: Route }) {
       {error && <Failure error={error} />}
       {(job.reason || failed.length > 0) && <Failures job={job} failed={failed} route={route} />}
       <div class="columns">
-        <section class="card" aria-labelledby="grid-title">
-          <div class="title small">
-            <h2 id="grid-title">Blocks</h2>
-            <label class="row">
-              by
-              <select aria-label="Colour blocks by" value={metric} onChange={(e) => replaceQuery(route, { by: e.currentTarget.value })}>
-                {METRICS.map((m) => <option key={m}>{m}</option>)}
-              </select>
-            </label>
-          </div>
-          {units ? <Grid blocks={blocks} metric={metric} chosen={block} choose={(name) => replaceQuery(route, { block: name ?? undefined })} /> : <Loading what="the blocks" />}
-        </section>
+        <div class="stack">
+          <section class="card" aria-labelledby="grid-title">
+            <div class="title small">
+              <h2 id="grid-title">Blocks</h2>
+              <label class="row">
+                by
+                <select aria-label="Colour blocks by" value={metric} onChange={(e) => replaceQuery(route, { by: e.currentTarget.value })}>
+                  {METRICS.map((m) => <option key={m}>{m}</option>)}
+                </select>
+              </label>
+            </div>
+            {units ? <Grid blocks={blocks} metric={metric} chosen={block} choose={chooseBlock} /> : <Loading what="the blocks" />}
+          </section>
+          {units && <Seams job={job} units={units} choose={chooseBlock} />}
+        </div>
         <div class="stack">
           {block && <BlockPanel job={job} name={block} units={units ?? []} events={events} close={() => replaceQuery(route, { block: undefined })} />}
           <section class="card" aria-labelledby="stages-title">
             <h2 id="stages-title">Stages</h2>
             <Stages job={job} />
-            {units && job.started && <Timeline job={job} units={units} />}
+            {drawn && job.started && <Timeline started={job.started} finished={job.finished} units={drawn} />}
           </section>
         </div>
       </div>
       <Events events={events} live={!job.finished} />
-      {job.finished && <Files job={job} />}
+      {job.finished && <Files id={job.id} />}
       <Request job={job} />
     </>
   );
@@ -69,6 +80,7 @@ function Head({ job }: { job: JobDetail }) {
         <h1><a class="plain" href={link(['cities', job.city])}>{job.city}</a> <State state={job.state} /></h1>
         <div class="actions">
           {(job.state === 'successful' || job.state === 'partial') && <a class="button primary" href={link(['jobs', job.id, 'view'])}>Open the city</a>}
+          {may && !job.finished && <Priority job={job} />}
           {may && job.state === 'running' && <Action label="Pause" run={steer('pause')} />}
           {may && job.state === 'paused' && <Action label="Resume" kind="primary" run={steer('resume')} />}
           {may && (job.state === 'partial' || job.state === 'failed') && !job.progress.some((p) => p.failed) && <Action label="Retry what failed" run={steer('retry')} />}
@@ -121,12 +133,12 @@ function Failures({ job, failed, route }: { job: JobDetail; failed: Unit[]; rout
   );
 }
 
-function Stages({ job }: { job: JobDetail }) {
+const STAGE_COLUMNS = ['Stage', 'Done', 'Running', 'Waiting', 'Failed'];
+
+const Stages = memo(({ job }: { job: JobDetail }) => {
   return (
     <table class="stages">
-      <thead>
-        <tr>{['Stage', 'Done', 'Running', 'Waiting', 'Failed'].map((t) => <th scope="col" key={t}>{t}</th>)}</tr>
-      </thead>
+      <Columns names={STAGE_COLUMNS} numbers={STAGE_COLUMNS.slice(1)} />
       <tbody>
         {STAGES.map((name) => {
           const p = job.progress.find((stage) => stage.stage === name);
@@ -144,9 +156,9 @@ function Stages({ job }: { job: JobDetail }) {
       </tbody>
     </table>
   );
-}
+});
 
-function Events({ events, live }: { events: JobEvent[]; live: boolean }) {
+const Events = memo(({ events, live }: { events: JobEvent[]; live: boolean }) => {
   const [quiet, setQuiet] = useState(true);
   // Claims and completions come by the hundred; what an operator looks for is between them.
   const shown = quiet ? events.filter((e) => !['claimed', 'done', 'reused'].includes(e.kind)) : events;
@@ -163,16 +175,16 @@ function Events({ events, live }: { events: JobEvent[]; live: boolean }) {
       {!shown.length && <p class="dim">Nothing happened yet.</p>}
     </section>
   );
-}
+});
 
-export const EventLine = ({ event: e }: { event: JobEvent }) => (
+export const EventLine = memo(({ event: e }: { event: JobEvent }) => (
   <li class={e.kind}>
     <time dateTime={e.at} title={moment(e.at)}>{timeOfDay(e.at)}</time> <b>{e.kind}</b> {e.stage} {e.unit} {e.message && <span class="dim">{e.message}</span>}
   </li>
-);
+));
 
-function Files({ job }: { job: Job }) {
-  const place = jobPlace(job.id);
+const Files = memo(({ id }: { id: string }) => {
+  const place = jobPlace(id);
   const { value: files, error, again } = useGet<ResultFile[]>(place.list, () => filesOf(place));
   return (
     <details class="card">
@@ -189,9 +201,9 @@ function Files({ job }: { job: Job }) {
       {files && files.length > 400 && <p class="dim">and {files.length - 400} more, which the API lists</p>}
     </details>
   );
-}
+});
 
-function Request({ job }: { job: JobDetail }) {
+const Request = memo(({ job }: { job: JobDetail }) => {
   const set = Object.entries(job.request.parameters ?? {});
   return (
     <details class="card">
@@ -205,4 +217,4 @@ function Request({ job }: { job: JobDetail }) {
       <a class="button" href={link(['submit'], { source: job.source, city: job.city })}>Submit again</a>
     </details>
   );
-}
+}, (old, next) => old.job.id === next.job.id);

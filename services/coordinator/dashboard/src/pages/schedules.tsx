@@ -3,7 +3,7 @@ import { ApiError, get, send } from '../api';
 import { useCaller } from '../caller';
 import { ago, moment } from '../format';
 import { link } from '../router';
-import { Action, Empty, Failure, Loading, useGet, useNow } from '../ui';
+import { Action, Columns, Empty, Failure, Loading, useGet, useNow } from '../ui';
 
 interface Schedule {
   name: string;
@@ -41,7 +41,7 @@ export function Schedules() {
       {!!value?.length && (
         <div class="card scroll">
           <table>
-            <thead><tr>{['Name', 'City', 'When', 'Next run', 'Runs', 'Last job', ''].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
+            <Columns names={['Name', 'City', 'When', 'Next run', 'Runs', 'Last job', '']} numbers={['Runs']} />
             <tbody>
               {value.map((s) => (
                 <tr key={s.name} aria-current={s.name === chosen ? 'true' : undefined}>
@@ -78,7 +78,7 @@ function History({ name }: { name: string }) {
       {!!value?.length && (
         <div class="scroll">
           <table>
-            <thead><tr>{['Number', 'Due', 'Looked at', 'Outcome', 'Job'].map((t) => <th scope="col" key={t}>{t}</th>)}</tr></thead>
+            <Columns names={['Number', 'Due', 'Looked at', 'Outcome', 'Job']} />
             <tbody>
               {value.map((run) => (
                 <tr key={run.number}>

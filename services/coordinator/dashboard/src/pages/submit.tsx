@@ -5,7 +5,7 @@ import { type Route, link } from '../router';
 import { Empty, Failure, Loading, useGet } from '../ui';
 
 /// What jobs from here write besides the default formats, so that their city can be looked at.
-const FOR_THE_VIEWER = '3dtiles';
+const FOR_THE_VIEWER = ['3dtiles', 'mesh-3dtiles'];
 /// What is for the workers to say.
 const NOT_FOR_JOBS = ['resources'];
 
@@ -31,9 +31,10 @@ function Form({ parameters, presets, route }: { parameters: Parameter[]; presets
   const chosen = presets.find((p) => p.name === preset);
   const standing = (p: Parameter) => {
     const value = chosen?.values[p.name] ?? p.default;
-    return p.name === 'output.formats' && p.choices.includes(FOR_THE_VIEWER) && !value.split(',').includes(FOR_THE_VIEWER)
-      ? `${value},${FOR_THE_VIEWER}`
-      : value;
+    if (p.name !== 'output.formats') return value;
+    // In the order of the choices, as the boxes below have them.
+    const wanted = [...value.split(','), ...FOR_THE_VIEWER];
+    return p.choices.filter((choice) => wanted.includes(choice)).join(',');
   };
   const submit = (event: SubmitEvent) => {
     event.preventDefault();

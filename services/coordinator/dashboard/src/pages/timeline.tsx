@@ -1,16 +1,17 @@
 // When which stage was worked on, and by how many units at a time.
 
+import { memo } from 'preact/compat';
 import { useMemo } from 'preact/hooks';
-import type { JobDetail, Unit } from '../api';
+import type { Unit } from '../api';
 import { seconds } from '../format';
 import { STAGES } from '../progress';
 
 const BINS = 120;
 
-export function Timeline({ job, units }: { job: JobDetail; units: Unit[] }) {
+export const Timeline = memo(({ started, finished, units }: { started: string; finished?: string; units: Unit[] }) => {
   const drawn = useMemo(() => {
-    const begin = Date.parse(job.started!);
-    let end = job.finished ? Date.parse(job.finished) : begin + 1000;
+    const begin = Date.parse(started);
+    let end = finished ? Date.parse(finished) : Math.max(begin + 1000, Date.now());
     for (const u of units) {
       if (u.started) end = Math.max(end, Date.parse(u.started) + 1000 * (u.seconds ?? 0));
     }
@@ -27,7 +28,7 @@ export function Timeline({ job, units }: { job: JobDetail; units: Unit[] }) {
     }
     const most = Math.max(1, ...[...stages.values()].map((bins) => Math.max(...bins)));
     return { stages, most, length: (end - begin) / 1000 };
-  }, [units, job.finished]);
+  }, [units, finished]);
   return (
     <figure class="timeline">
       <figcaption>Units at work over time, at most {Math.round(drawn.most)} of a stage</figcaption>
@@ -46,4 +47,4 @@ export function Timeline({ job, units }: { job: JobDetail; units: Unit[] }) {
       <div class="axis" aria-hidden="true"><span /><span>0 s</span><span>{seconds(drawn.length)}</span></div>
     </figure>
   );
-}
+});

@@ -1,7 +1,7 @@
 // The city viewer: its code is loaded when it is first shown.
 
 import { useEffect, useState } from 'preact/hooks';
-import { type City, cityPlace, get, jobPlace } from '../api';
+import { type City, type Job, cityPlace, get, jobPlace } from '../api';
 import { type Route, link } from '../router';
 import { Empty, Failure, Loading, useGet } from '../ui';
 
@@ -22,11 +22,12 @@ export function View({ route }: { route: Route }) {
   // One generation is looked at, also if another is published meanwhile.
   const ofCity = kind === 'cities' && !asked;
   const current = useGet<City>(ofCity ? `/cities/${encodeURIComponent(id)}` : null, get);
-  const error = code.error ?? current.error;
+  const job = useGet<Job>(kind === 'jobs' ? `/jobs/${id}` : null, get);
+  const error = code.error ?? current.error ?? job.error;
   if (error) return <Failure error={error} retry={() => location.reload()} />;
   if (!code.Viewer || (ofCity && !current.value)) return <Loading what="the viewer" />;
   const generation = asked ? Number(asked) : current.value?.generation;
   if (kind === 'cities' && generation === undefined) return <Empty title="Nothing published yet">The first job of {id} that ends well publishes it.</Empty>;
-  const place = kind === 'jobs' ? jobPlace(id, `Job of ${id.slice(-6)}`) : cityPlace(id, generation);
+  const place = kind === 'jobs' ? jobPlace(id, job.value ? `${job.value.city}, job ${id.slice(-6)}` : '') : cityPlace(id, generation);
   return <code.Viewer key={place.list} place={place} back={link([kind, id])} route={route} />;
 }

@@ -1,6 +1,6 @@
 import type { Worker } from '../api';
 import { ago, bytes } from '../format';
-import { Empty, Failure, Loading, useNow, usePoll } from '../ui';
+import { Columns, Empty, Failure, Loading, useNow, usePoll } from '../ui';
 
 /// A worker that was not seen for this long is taken for lost, seconds.
 const LOST = 60;
@@ -17,9 +17,7 @@ export function Workers() {
       {!!value?.length && (
         <div class="scroll">
           <table>
-            <thead>
-              <tr>{['Host', 'Process', 'Task', 'Memory', 'Seen', 'Up since', 'Version'].map((t) => <th key={t} scope="col">{t}</th>)}</tr>
-            </thead>
+            <Columns names={['Host', 'Process', 'Task', 'Memory', 'Seen', 'Up since', 'Version']} numbers={['Memory']} />
             <tbody>
               {value.map((w) => {
                 const lost = now - Date.parse(w.seen) > LOST * 1000;

@@ -2,7 +2,7 @@
 
 import { TilesRenderer } from '3d-tiles-renderer/three';
 import { GLTFExtensionsPlugin } from '3d-tiles-renderer/src/three/plugins/GLTFExtensionsPlugin.js';
-import { Box3, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, type Object3D, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from 'three';
+import { Box3, EdgesGeometry, Group, LineBasicMaterial, LineSegments, type Material, Matrix4, Mesh, type Object3D, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from 'three';
 import { MapControls } from 'three/addons/controls/MapControls.js';
 import { type ResultPlace, authorisation, request } from '../api';
 import { cityJsonScene } from './cityjson';
@@ -16,8 +16,28 @@ export interface Picked {
 
 export type Lod = 'auto' | '0' | '1' | '2';
 
+/// What is shown: the model, the mesh that it was made from, the model over the mesh, or one beside the other with a border to move.
+export const COMPARES = ['model', 'mesh', 'both', 'swipe'] as const;
+export type Compare = (typeof COMPARES)[number];
+
+export interface StageState {
+  loading: boolean;
+  buildings: number;
+  /// Tiles of the mesh that are shown.
+  mesh: number;
+}
+
+/// How much of the mesh shows through the model that lies over it.
+const OVER_MESH = 0.62;
+
 const TILESETS: Record<Lod, string> = { auto: 'buildings', 0: 'lod0', 1: 'lod1', 2: 'lod2' };
 const EDGES = new LineBasicMaterial({ color: 0x1f1a17, transparent: true, opacity: 0.32 });
+
+/// Room around the city in the picture.
+const FRAME = 1.06;
+
+/// A frame that took longer is too slow, milliseconds: thirty a second are fluid.
+const SLOW = 32;
 
 /// Least share of the pixels, along each side, while the view moves.
 const MIN_QUALITY = 0.45;
@@ -38,12 +58,18 @@ export class Stage {
   private controls: MapControls;
   private buildings: TilesRenderer | null = null;
   private ground: TilesRenderer | null = null;
+  private mesh: TilesRenderer | null = null;
+  private compare: Compare = 'model';
+  private border = 0.5;
+  private groundOn = true;
+  private fileShown = false;
   private file = new Group();
   private mode: Mode = 'semantics';
   private chosen: string | null = null;
   private wanted: string | null = null;
   private dirty = 3;
   private quality = 1;
+  private slow = isSoftware();
   private lastMove = 0;
   private lastFrame = 0;
   private lastPicture = 0;
@@ -55,11 +81,11 @@ export class Stage {
   /// Times of the last frames, milliseconds: what the tests measure.
   readonly frames: number[] = [];
   onPick: (picked: Picked | null) => void = () => {};
-  onChange: (state: { loading: boolean; buildings: number }) => void = () => {};
+  onChange: (state: StageState) => void = () => {};
   onError: (error: Error) => void = () => {};
 
   constructor(private canvas: HTMLCanvasElement, dark: boolean) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: !isSoftware(), powerPreference: 'high-performance' });
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.slow, powerPreference: 'high-performance' });
     this.camera.up.set(0, 0, 1);
     this.scene.background = background(dark);
     light(this.scene);
@@ -104,7 +130,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    for (const tiles of [this.buildings, this.ground]) tiles?.setResolutionFromRenderer(this.camera, this.renderer);
+    for (const tiles of this.all()) tiles.setResolutionFromRenderer(this.camera, this.renderer);
     this.redraw();
   }
 
@@ -113,15 +139,21 @@ export class Stage {
     this.redraw();
   }
 
-  /// Slow machines get fewer pixels while the view moves, and all of them when it stands.
+  /// Slow machines get fewer pixels and no edges while the view moves, and all when it stands.
   private adapt(time: number) {
     const took = time - this.lastFrame;
     this.lastFrame = time;
     const moving = performance.now() - this.lastMove < 300;
     let quality = this.quality;
     if (!moving) quality = 1;
-    else if (took > 40 && took < 500) quality = Math.max(MIN_QUALITY, quality * 0.8);
+    else if (took > SLOW && took < 500) quality = Math.max(MIN_QUALITY, quality * 0.8);
     else if (took < 18) quality = Math.min(1, quality * 1.1);
+    if (quality < 1) this.slow = true;
+    const edges = !(moving && this.slow);
+    if (EDGES.visible !== edges) {
+      EDGES.visible = edges;
+      this.redraw();
+    }
     if (Math.abs(quality - this.quality) < 0.02) return;
     this.quality = quality;
     this.resize();
@@ -132,8 +164,7 @@ export class Stage {
     this.adapt(time);
     this.camera.updateMatrixWorld();
     let busy = false;
-    for (const tiles of [this.ground, this.buildings]) {
-      if (!tiles) continue;
+    for (const tiles of this.wantedTiles()) {
       if (this.dirty || tiles.loadProgress < 1) tiles.update();
       busy ||= tiles.loadProgress < 1;
     }
@@ -144,18 +175,83 @@ export class Stage {
     if (busy && !moving && time - this.lastPicture < 200) return;
     this.lastPicture = time;
     this.dirty--;
-    this.renderer.render(this.scene, this.camera);
+    this.draw();
     this.frames.push(time);
     if (this.frames.length > 300) this.frames.shift();
     let count = 0;
     this.meshes((mesh) => (count += featuresOf(mesh)!.buildings.length));
-    this.onChange({ loading: busy, buildings: count });
+    this.onChange({ loading: busy, buildings: count, mesh: this.compare === 'model' || this.fileShown ? 0 : (this.mesh?.visibleTiles.size ?? 0) });
+  }
+
+  private all = () => [this.ground, this.buildings, this.mesh].filter((tiles): tiles is TilesRenderer => tiles !== null);
+
+  /// The tiles that are loaded: those that are looked at.
+  private wantedTiles(): TilesRenderer[] {
+    if (this.fileShown) return [];
+    const { model, ground, mesh } = this.layers();
+    return this.all().filter((tiles) => (tiles === this.mesh ? mesh : tiles === this.ground ? ground : model));
+  }
+
+  /// Which layers there are in the picture. The mesh has a ground of its own.
+  private layers() {
+    const model = this.compare !== 'mesh';
+    const mesh = this.compare !== 'model' && this.mesh !== null;
+    return { model, mesh, ground: this.groundOn && (this.compare === 'swipe' || !mesh) };
+  }
+
+  private draw() {
+    const { model, ground, mesh } = this.layers();
+    const look = (m: boolean, g: boolean, i: boolean) => {
+      if (this.buildings) this.buildings.group.visible = m && !this.fileShown;
+      if (this.ground) this.ground.group.visible = g && !this.fileShown;
+      if (this.mesh) this.mesh.group.visible = i && !this.fileShown;
+      this.renderer.render(this.scene, this.camera);
+    };
+    if (this.compare !== 'swipe' || this.fileShown) return look(model, ground, mesh);
+    const { x: width, y: height } = this.renderer.getSize(new Vector2());
+    const border = Math.round(width * this.border);
+    this.renderer.setScissorTest(true);
+    this.renderer.setScissor(0, 0, border, height);
+    look(false, false, true);
+    this.renderer.setScissor(border, 0, width - border, height);
+    look(true, ground, false);
+    this.renderer.setScissorTest(false);
+  }
+
+  /// Chooses what is compared with what. The mesh is asked for when it is first wanted.
+  async setCompare(place: ResultPlace, compare: Compare): Promise<void> {
+    this.compare = compare;
+    this.meshes((mesh) => this.translucent(mesh));
+    this.redraw();
+    if (compare === 'model' || this.mesh) return;
+    const url = place.file('3dtiles/mesh.json');
+    const tileset = await (await request(url)).json();
+    if (this.stopped || this.mesh) return;
+    this.mesh = this.tiles(place, url, tileset.root.transform);
+    // Its coarse levels are lumps, where those of buildings are still houses.
+    this.mesh.errorTarget = 6;
+    this.redraw();
+  }
+
+  /// Where the border between mesh and model stands, as a part of the width.
+  setBorder(part: number) {
+    this.border = part;
+    this.redraw();
+  }
+
+  private translucent(mesh: Mesh) {
+    const over = this.compare === 'both' && !this.fileShown;
+    const surface = mesh.material as Material;
+    if (surface.transparent === over) return;
+    surface.transparent = over;
+    surface.opacity = over ? OVER_MESH : 1;
+    surface.needsUpdate = true;
   }
 
   /// All meshes of buildings that are shown.
   private meshes(visit: (mesh: Mesh) => void) {
     const look = (object: { traverse: (f: (o: any) => void) => void }) => object.traverse((o) => featuresOf(o) && visit(o as Mesh));
-    if (this.buildings?.group.visible) this.buildings.group.children.forEach(look);
+    if (!this.fileShown) this.buildings?.group.children.forEach(look);
     look(this.file);
   }
 
@@ -195,8 +291,8 @@ export class Stage {
   async showGround(place: ResultPlace, on: boolean): Promise<void> {
     await this.settled();
     if (this.stopped) return;
-    if (this.ground) this.ground.group.visible = on;
-    else if (on) {
+    this.groundOn = on;
+    if (!this.ground && on) {
       const url = place.file('3dtiles/ground.json');
       const tileset = await (await request(url)).json();
       this.ground = this.tiles(place, url, tileset.root.transform);
@@ -251,6 +347,7 @@ export class Stage {
 
   private finish(mesh: Mesh) {
     paint(mesh, this.mode, this.chosen);
+    this.translucent(mesh);
     const lines = new LineSegments(new EdgesGeometry(mesh.geometry, 20), EDGES);
     lines.raycast = () => {};
     mesh.add(lines);
@@ -262,8 +359,7 @@ export class Stage {
   showCityJson(city: any, lod: Lod) {
     this.unchoose();
     this.clearFile();
-    if (this.buildings) this.buildings.group.visible = false;
-    if (this.ground) this.ground.group.visible = false;
+    this.fileShown = true;
     const { group, origin } = cityJsonScene(city, lod, this.extent.isEmpty() ? null : this.origin);
     this.origin.copy(origin);
     this.file.add(group);
@@ -275,7 +371,7 @@ export class Stage {
   private clearFile() {
     this.file.traverse((o: any) => o.geometry?.dispose());
     this.file.clear();
-    if (this.buildings) this.buildings.group.visible = true;
+    this.fileShown = false;
   }
 
   setMode(mode: Mode) {
@@ -286,14 +382,22 @@ export class Stage {
 
   /// The whole city, seen from the south at an angle.
   home(elevation = 52) {
-    const centre = this.extent.getCenter(new Vector3());
-    const size = this.extent.getSize(new Vector3());
-    // What is near looks larger, so the middle of the picture is north of the city's.
-    centre.y += 0.04 * size.y;
-    const span = Math.max(size.x, size.y * 1.1, 40);
+    const target = this.extent.getCenter(new Vector3());
+    const { min, max } = this.extent;
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => new Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z));
     const [sin, cos] = [Math.sin((elevation * Math.PI) / 180), Math.cos((elevation * Math.PI) / 180)];
-    const fit = Math.max(1, 1.25 / this.camera.aspect);
-    this.fly(centre, span * 1.36 * fit, sin, cos);
+    const [ahead, up] = [new Vector3(0, cos, -sin), new Vector3(0, sin, cos)];
+    const high = Math.tan((this.camera.fov * Math.PI) / 360);
+    const wide = high * this.camera.aspect;
+    let distance = 40;
+    // What is near looks larger: the middle of the picture is found by trying.
+    for (let turn = 0; turn < 6; turn++) {
+      const seen = corners.map((corner) => corner.clone().sub(target));
+      distance = Math.max(40, ...seen.map((c) => Math.max(Math.abs(c.x) / wide, Math.abs(c.dot(up)) / high) * FRAME - c.dot(ahead)));
+      const heights = seen.map((c) => c.dot(up) / (distance + c.dot(ahead)));
+      target.y += ((Math.max(...heights) + Math.min(...heights)) / 2) * distance * 0.8 / sin;
+    }
+    this.fly(target, distance, sin, cos);
   }
 
   private fly(target: Vector3, distance: number, sin: number, cos: number) {
@@ -371,7 +475,9 @@ export class Stage {
     const at = new Vector2(((event.clientX - frame.left) / frame.width) * 2 - 1, 1 - ((event.clientY - frame.top) / frame.height) * 2);
     const ray = new Raycaster();
     ray.setFromCamera(at, this.camera);
-    const targets = [this.file, this.buildings?.group].filter((g): g is NonNullable<typeof g> => !!g && g.visible);
+    // Only what is to be seen there can be meant.
+    const modelThere = this.compare === 'swipe' ? (at.x + 1) / 2 >= this.border : this.compare !== 'mesh';
+    const targets = [this.fileShown ? this.file : modelThere ? this.buildings?.group : null].filter((g): g is NonNullable<typeof g> => !!g);
     const hit = ray.intersectObjects(targets, true).find((h) => featuresOf(h.object));
     if (!hit?.face) return this.choose(null);
     const features = featuresOf(hit.object)!;
@@ -427,6 +533,7 @@ export class Stage {
     this.controls.dispose();
     this.buildings?.dispose();
     this.ground?.dispose();
+    this.mesh?.dispose();
     this.clearFile();
     this.renderer.dispose();
   }

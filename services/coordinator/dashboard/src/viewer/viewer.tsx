@@ -6,7 +6,7 @@ import { plural } from '../format';
 import { type Route, replaceQuery } from '../router';
 import { Failure, Loading } from '../ui';
 import { MODES, type Mode, type Properties, legendOf } from './features';
-import { type Lod, type Picked, Stage } from './stage';
+import { COMPARES, type Compare, type Lod, type Picked, Stage } from './stage';
 
 const isDark = () => {
   const set = document.documentElement.dataset.theme;
@@ -19,11 +19,14 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
   const [files, setFiles] = useState<ResultFile[] | null>(null);
   const [error, setError] = useState<Error | null>(null);
   const [picked, setPicked] = useState<Picked | null>(null);
-  const [state, setState] = useState({ loading: true, buildings: 0 });
+  const [state, setState] = useState({ loading: true, buildings: 0, mesh: 0 });
+  const [border, setBorder] = useState(0.5);
   const lod = (route.query.get('lod') ?? 'auto') as Lod;
   const mode = (route.query.get('colour') ?? 'semantics') as Mode;
   const ground = route.query.get('ground') !== 'off';
   const source = route.query.get('file');
+  const hasMesh = files?.some((f) => f.path === '3dtiles/mesh.json') ?? false;
+  const compare = (hasMesh ? (route.query.get('compare') ?? 'model') : 'model') as Compare;
   const hasTiles = files?.some((f) => f.path === '3dtiles/tileset.json') ?? false;
   const hasGround = files?.some((f) => f.path.endsWith('.ground.glb')) ?? false;
   const cityJson = files?.filter((f) => f.path.endsWith('.city.json')).map((f) => f.path) ?? [];
@@ -44,7 +47,7 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
     (window as any).gableStage = made;
     made.onPick = setPicked;
     made.onError = setError;
-    made.onChange = (next) => setState((old) => (old.loading === next.loading && old.buildings === next.buildings ? old : next));
+    made.onChange = (next) => setState((old) => (old.loading === next.loading && old.buildings === next.buildings && old.mesh === next.mesh ? old : next));
     const scheme = matchMedia('(prefers-color-scheme: dark)');
     const changed = () => made.setDark(isDark());
     scheme.addEventListener('change', changed);
@@ -81,6 +84,10 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
   useEffect(() => {
     if (hasGround && !file) stage.current?.showGround(place, ground).catch(setError);
   }, [hasGround, ground, file]);
+  useEffect(() => {
+    if (hasMesh) stage.current?.setCompare(place, compare).catch(setError);
+  }, [hasMesh, compare]);
+  useEffect(() => stage.current?.setBorder(border), [border, hasMesh]);
   // What colours mean is known when they are painted.
   const [, painted] = useState(0);
   useEffect(() => {
@@ -108,11 +115,16 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
             <button key={l} aria-pressed={lod === l} onClick={() => set({ lod: l === 'auto' ? undefined : l })}>{l === 'auto' ? 'Auto' : `LOD${l}`}</button>
           ))}
         </span>
+        <span class="segments" role="group" aria-label="Model or mesh" title={files && !hasMesh ? 'This result has no mesh to compare with: submit the job again with the format mesh-3dtiles.' : undefined}>
+          {COMPARES.map((c) => (
+            <button key={c} aria-pressed={compare === c} disabled={!hasMesh || !!file} onClick={() => set({ compare: c === 'model' ? undefined : c })}>{COMPARE_NAMES[c]}</button>
+          ))}
+        </span>
         <label class="row">
           Colour
           <select aria-label="Colour" value={mode} onChange={(e) => set({ colour: e.currentTarget.value })}>{MODES.map((m) => <option key={m}>{m}</option>)}</select>
         </label>
-        <label class="row"><input type="checkbox" checked={ground} disabled={!hasGround || !!file} onChange={(e) => set({ ground: e.currentTarget.checked ? undefined : 'off' })} /> Orthophoto</label>
+        <label class="row"><input type="checkbox" checked={ground} disabled={!hasGround || !!file || compare === 'mesh' || compare === 'both'} onChange={(e) => set({ ground: e.currentTarget.checked ? undefined : 'off' })} /> Orthophoto</label>
         <span class="segments" role="group" aria-label="Point of view">
           <button onClick={() => stage.current?.fromAbove()}>Above</button>
           <button onClick={() => stage.current?.aslant()}>Aslant</button>
@@ -128,24 +140,55 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
         <label class="button file">Open a CityJSON file<input type="file" accept=".json" onChange={openOwn} /></label>
       </div>
       <div class="viewer-stage">
-        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The city in three dimensions, ${state.buildings} buildings loaded. Arrow keys move the view.`} data-loading={state.loading} data-buildings={state.buildings} data-lod={lod} />
+        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The city in three dimensions, ${state.buildings} buildings loaded. Arrow keys move the view.`} data-loading={state.loading} data-buildings={state.buildings} data-mesh={state.mesh} data-lod={lod} />
+        {compare === 'swipe' && !file && <Swipe border={border} move={setBorder} />}
         {error && <div class="over"><Failure error={error} retry={() => location.reload()} /></div>}
         {!files && !error && <div class="over"><Loading what="the city" /></div>}
         {files && !hasTiles && !cityJson.length && <div class="over"><Failure error={new Error('This result has neither 3D Tiles nor CityJSON: submit the job again with one of these formats.')} /></div>}
-        <Key mode={mode} buildings={state.buildings} loading={state.loading} />
+        <Key mode={mode} buildings={state.buildings} loading={state.loading} mesh={compare !== 'model' && !file} />
         {picked && <Attributes picked={picked} place={place} files={files ?? []} close={() => stage.current?.unchoose()} show={(path) => set({ file: path })} />}
       </div>
     </div>
   );
 }
 
-function Key({ mode, buildings, loading }: { mode: Mode; buildings: number; loading: boolean }) {
+const COMPARE_NAMES: Record<Compare, string> = { model: 'Model', mesh: 'Mesh', both: 'Both', swipe: 'Swipe' };
+
+/// The border between mesh and model, to be moved by pointer or arrow keys.
+function Swipe({ border, move }: { border: number; move: (part: number) => void }) {
+  const handle = useRef<HTMLDivElement>(null);
+  const to = (part: number) => move(Math.min(0.98, Math.max(0.02, part)));
+  const drag = (event: PointerEvent) => {
+    if (!(event.buttons & 1)) return;
+    const frame = handle.current!.parentElement!.getBoundingClientRect();
+    to((event.clientX - frame.left) / frame.width);
+  };
+  const key = (event: KeyboardEvent) => {
+    const step = { ArrowLeft: -0.02, ArrowRight: 0.02, PageDown: -0.1, PageUp: 0.1 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    to(border + step);
+  };
+  return (
+    <div class="swipe" ref={handle} style={{ left: `${border * 100}%` }} role="slider" tabIndex={0} aria-label="Border between mesh and model" aria-orientation="horizontal"
+      aria-valuemin={0} aria-valuemax={100} aria-valuenow={Math.round(border * 100)} aria-valuetext={`${Math.round(border * 100)} % mesh`}
+      onPointerDown={(e) => handle.current!.setPointerCapture(e.pointerId)} onPointerMove={drag} onKeyDown={key}>
+      <span aria-hidden="true">mesh</span>
+      <i aria-hidden="true">⇔</i>
+      <span aria-hidden="true">model</span>
+    </div>
+  );
+}
+
+function Key({ mode, buildings, loading, mesh }: { mode: Mode; buildings: number; loading: boolean; mesh: boolean }) {
   const legend = legendOf(mode);
   return (
     <div class="key">
       <strong>{mode}</strong>
       {legend.items?.map(([name, colour]) => <span key={name}><i style={{ background: colour }} /> {name}</span>)}
       {legend.ramp && <span>{legend.ramp.from} <i class="ramp" style={{ background: legend.ramp.css }} /> {legend.ramp.to}</span>}
+      {mesh && <span class="dim">mesh: thinned out, its own colours</span>}
       <span class="dim" aria-live="polite">{plural(buildings, 'building')}{loading ? ', loading …' : ''}</span>
     </div>
   );
