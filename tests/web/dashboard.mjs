@@ -50,7 +50,7 @@ async function submit(source) {
   await page.locator('summary', { hasText: 'segmentation' }).click();
   await set('segmentation.patch', '64');
   await set('segmentation.margin', '16');
-  check(await page.getByRole('checkbox', { name: '3dtiles' }).isChecked(), 'jobs from the page can be looked at');
+  check(await page.getByRole('checkbox', { name: '3dtiles', exact: true }).isChecked(), 'jobs from the page can be looked at');
   await page.getByRole('button', { name: 'Submit' }).click();
   await page.waitForURL(/#\/jobs\/[^/?]+$/);
   return page.url().split('/').at(-1);
