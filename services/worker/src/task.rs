@@ -255,7 +255,11 @@ impl Around<'_> {
                     self.store.release(claim).await
                 }
                 Made::Stopped if draining => self.store.release(claim).await,
-                Made::Stopped => Ok(()),
+                // A heartbeat was told so before there was a result to refuse.
+                Made::Stopped => {
+                    tracing::info!("the task is no longer held here: its result is thrown away");
+                    Ok(())
+                }
             }
         })
         .await;
