@@ -99,7 +99,7 @@ impl Store {
         if !crate::database::one_row(&doomed) || self.is_referenced_in(&mut tx, blob).await? {
             return Ok(false);
         }
-        tx.commit().await?;
+        self.commit(tx).await?;
         Ok(true)
     }
 

@@ -3,6 +3,8 @@
 use crate::JobStoreError;
 use sqlx::any::{AnyPoolOptions, AnyQueryResult};
 use sqlx::{Any, AnyPool, AssertSqlSafe, Executor, Transaction};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations");
@@ -39,6 +41,7 @@ impl Dialect {
 pub struct Store {
     pub(crate) pool: AnyPool,
     dialect: Dialect,
+    writes: Arc<AtomicU64>,
 }
 
 pub(crate) type Tx = Transaction<'static, Any>;
@@ -80,7 +83,7 @@ impl Store {
             .connect(&address)
             .await?;
         MIGRATIONS.run(&pool).await?;
-        Ok(Self { pool, dialect })
+        Ok(Self { pool, dialect, writes: Arc::default() })
     }
 
     /// Closes all connections.
@@ -111,6 +114,25 @@ impl Store {
     /// A transaction that will write.
     pub(crate) async fn begin(&self) -> Result<Tx, JobStoreError> {
         Ok(self.pool.begin_with(self.dialect.begin()).await?)
+    }
+
+    /// Carries out what a transaction did.
+    pub(crate) async fn commit(&self, tx: Tx) -> Result<(), JobStoreError> {
+        tx.commit().await?;
+        self.note_write();
+        Ok(())
+    }
+
+    /// To be called when jobs or tokens have changed.
+    pub(crate) fn note_write(&self) {
+        self.writes.fetch_add(1, Ordering::SeqCst);
+    }
+
+    /// How often jobs or tokens were changed through this store and its clones: what was read before the number rose may not hold any
+    /// more. Changes by other processes are not counted.
+    #[must_use]
+    pub fn writes(&self) -> u64 {
+        self.writes.load(Ordering::SeqCst)
     }
 }
 

@@ -147,7 +147,7 @@ impl Store {
     pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobStoreError> {
         let mut tx = self.begin().await?;
         let submitted = self.submit_in(&mut tx, new).await?;
-        tx.commit().await?;
+        self.commit(tx).await?;
         Ok(submitted)
     }
 
@@ -277,7 +277,7 @@ impl Store {
             return Err(not_possible(&job, "to cancel it"));
         }
         self.end(&mut tx, id, JobState::Cancelled, None).await?;
-        Ok(tx.commit().await?)
+        self.commit(tx).await
     }
 
     /// Lets no further task begin.
@@ -309,7 +309,7 @@ impl Store {
         let message = priority.to_string();
         self.note(&mut tx, id, EventKind::Priority, About { message: Some(&message), ..About::default() }).await?;
         sqlx::query("UPDATE job SET priority = $2 WHERE id = $1").bind(id).bind(priority).execute(&mut *tx).await?;
-        Ok(tx.commit().await?)
+        self.commit(tx).await
     }
 
     /// Does the failed tasks of a job that is over again, and all of the stages after the first of them, whose results
@@ -351,7 +351,7 @@ impl Store {
             .await?;
         let message = Some(JobState::Running.name());
         self.note(&mut tx, id, EventKind::State, About { stage: Some(stage), message, unit: None }).await?;
-        Ok(tx.commit().await?)
+        self.commit(tx).await
     }
 
     async fn change(
@@ -368,7 +368,7 @@ impl Store {
         }
         sqlx::query("UPDATE job SET state = $2 WHERE id = $1").bind(id).bind(to.name()).execute(&mut *tx).await?;
         self.note(&mut tx, id, EventKind::State, About { message: Some(to.name()), ..About::default() }).await?;
-        Ok(tx.commit().await?)
+        self.commit(tx).await
     }
 
     /// The job, locked against other changes until the transaction ends.

@@ -237,7 +237,7 @@ impl Store {
             return Ok(None);
         }
         let run = self.run_of(&mut tx, &schedule.said, due, tick, first).await?;
-        tx.commit().await?;
+        self.commit(tx).await?;
         Ok(Some(run))
     }
 
@@ -256,7 +256,7 @@ impl Store {
         let schedule = Schedule::read(&row)?;
         let due: i64 = sqlx::query(self.sql("SELECT {now} AS now")).fetch_one(&mut *tx).await?.try_get("now")?;
         let run = self.run_of(&mut tx, &schedule.said, due, Tick::Run, first).await?;
-        tx.commit().await?;
+        self.commit(tx).await?;
         Ok(Some(run))
     }
 

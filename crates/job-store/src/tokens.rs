@@ -63,6 +63,7 @@ impl Store {
             .bind(token.expires)
             .execute(&self.pool)
             .await?;
+        self.note_write();
         Ok(crate::database::one_row(&added))
     }
 
@@ -100,6 +101,7 @@ impl Store {
     /// If the database does not answer.
     pub async fn remove_token(&self, name: &str) -> Result<bool, JobStoreError> {
         let removed = sqlx::query("DELETE FROM api_token WHERE name = $1").bind(name).execute(&self.pool).await?;
+        self.note_write();
         Ok(crate::database::one_row(&removed))
     }
 }

@@ -64,7 +64,7 @@ impl Store {
             }
             query.execute(&mut *tx).await?;
         }
-        Ok(tx.commit().await?)
+        self.commit(tx).await
     }
 
     /// An upload.

@@ -4,6 +4,7 @@
 //! requests only under a loopback name and from its own pages, so that no page of another site can reach it through
 //! a browser on that machine.
 
+use crate::shared::Freshness;
 use crate::{Coordinator, Problem};
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
@@ -42,7 +43,10 @@ impl FromRequestParts<Coordinator> for Caller {
     async fn from_request_parts(parts: &mut Parts, service: &Coordinator) -> Result<Self, Problem> {
         let shown = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok()).and_then(bearer);
         let hash = shown.map(hash).unwrap_or_default();
-        let access = service.answers.access.get(&hash, |_| Access::find(&service.store, &hash));
+        let writes = service.store.writes();
+        // Looking may go on for a moment after a token was taken away; doing may not.
+        let freshness = if parts.method.is_safe() { Freshness::lately(writes) } else { Freshness::now(writes) };
+        let access = service.answers.access.get(&hash, freshness, |_| Access::find(&service.store, &hash));
         match access.await? {
             Access::Open => {
                 from_this_machine(&parts.headers)?;

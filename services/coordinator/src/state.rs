@@ -38,6 +38,8 @@ impl Coordinator {
 pub struct Answers {
     /// Jobs by id, as JSON.
     pub(crate) jobs: Shared<Snapshot>,
+    /// Their blocks.
+    pub(crate) blocks: Shared<Snapshot>,
     /// Who asks, by the hash of the token that is shown.
     pub(crate) access: Shared<Access>,
 }

@@ -1,13 +1,12 @@
 //! The units of a job: blocks, patches, tiles.
 
 use super::jobs::{seconds, stage_name};
-use crate::pages::{tagged, time};
+use crate::pages::{polled, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
-use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use gable_job_store::Task;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -76,9 +75,9 @@ pub(crate) async fn list(
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
-    // The tag before the tasks: what changes between the two is then sent once more, not missed.
-    let events = service.store.last_event(&id).await?.to_string();
-    let known = headers.get("if-none-match").is_some_and(|v| v.as_bytes() == format!("\"{events}\"").as_bytes());
-    let tasks = if known { Vec::new() } else { service.store.tasks(&id).await? };
-    Ok(tagged(&headers, &events, || Json(tasks.into_iter().map(BlockView::of).collect::<Vec<_>>()).into_response()))
+    let blocks = async || {
+        let tasks = service.store.tasks(&id).await?;
+        Ok(tasks.into_iter().map(BlockView::of).collect::<Vec<_>>())
+    };
+    polled(&service.answers.blocks, &service.store, &id, &headers, blocks).await
 }

@@ -3,7 +3,8 @@
 use gable_coordinator::{Coordinator, Limits, NewToken, create_token, document, router};
 use gable_job_store::{Artifact, Blobs, Claim, Finished, Retry, Scope, Store};
 use serde_json::{Value, json};
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 mod cities;
 mod ogc;
@@ -15,7 +16,7 @@ mod webhooks;
 struct Service {
     address: String,
     parts: Coordinator,
-    _folder: tempfile::TempDir,
+    folder: Arc<tempfile::TempDir>,
 }
 
 async fn start() -> Service {
@@ -24,10 +25,16 @@ async fn start() -> Service {
 
 async fn start_with(limits: Limits) -> Service {
     let folder = tempfile::tempdir().expect("a folder");
-    let base = folder.path().canonicalize().expect("absolute");
-    let root = base.join("meshes");
+    let root = folder.path().join("meshes");
     std::fs::create_dir(&root).expect("made");
     std::fs::write(root.join("mesh.obj"), "v 0 0 0\n").expect("written");
+    start_in(Arc::new(folder), limits).await
+}
+
+/// A coordinator over what is in a folder.
+async fn start_in(folder: Arc<tempfile::TempDir>, limits: Limits) -> Service {
+    let base = folder.path().canonicalize().expect("absolute");
+    let root = base.join("meshes");
     let store = Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens");
     let blobs = Blobs::in_folder(&base.join("blobs")).expect("opens");
     let parts = Coordinator::new(store, blobs, vec![root], limits);
@@ -35,7 +42,7 @@ async fn start_with(limits: Limits) -> Service {
     let address = format!("http://{}", listener.local_addr().expect("an address"));
     let app = router(parts.clone());
     tokio::spawn(async move { axum::serve(listener, app).await });
-    Service { address, parts, _folder: folder }
+    Service { address, parts, folder }
 }
 
 /// An answer: status, headers, body.
@@ -174,6 +181,30 @@ async fn a_job_is_submitted_watched_and_fetched() {
     assert_eq!((packed.header("content-encoding"), &packed.body[..2]), ("gzip", &[0x1f, 0x8b][..]));
     service.get(&format!("{place}/files/blocks/0_0.block")).await.problem(404, "not-found");
     service.get(&format!("{place}/files/../blocks/0_0.block")).await.problem(404, "not-found");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_coordinator_soon_tells_what_another_did_and_never_goes_back() {
+    let one = start().await;
+    let two = start_in(Arc::clone(&one.folder), Limits::default()).await;
+    let id = one.new_job().await;
+    for place in [format!("/api/v1/jobs/{id}"), format!("/api/v1/jobs/{id}/blocks")] {
+        let poll =
+            async |service: &Service, tag: &str| service.ask("GET", &place, &[("if-none-match", tag)], None).await;
+        let old = one.get(&place).await.header("etag").to_owned();
+        assert_eq!(poll(&one, &old).await.status, 304);
+        assert_eq!(two.post(&format!("/api/v1/jobs/{id}/pause")).await.status, 200);
+        let new = two.get(&place).await.header("etag").to_owned();
+        assert_ne!(new, old);
+        assert_eq!(poll(&one, &new).await.status, 304, "it is not told less than it knows");
+        assert_eq!(poll(&two, &new).await.status, 304);
+        assert_eq!(one.post(&format!("/api/v1/jobs/{id}/resume")).await.status, 200);
+        assert_eq!(poll(&one, &new).await.status, 200, "what a coordinator did itself it tells at once");
+        let begin = Instant::now();
+        while poll(&two, &new).await.status == 304 {
+            assert!(begin.elapsed() < Duration::from_secs(1), "what the other did is not told");
+        }
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -327,6 +358,29 @@ async fn tokens_close_the_service() {
     service.ask("POST", &cancel, &[("authorization", &bob)], None).await.problem(403, "forbidden");
     assert_eq!(service.ask("POST", &cancel, &[("authorization", &root)], None).await.status, 200);
     assert_eq!(service.submit(&request, &[("authorization", &ann)]).await.status, 201, "the quota is free again");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_token_that_is_taken_away_ends_at_once_for_doing_and_soon_for_looking() {
+    let one = start().await;
+    let two = start_in(Arc::clone(&one.folder), Limits::default()).await;
+    let store = &two.parts.store;
+    let token = async |name: &str| {
+        let new = NewToken { name: name.to_owned(), scope: Scope::Operator, max_jobs: None, expires: None };
+        format!("Bearer {}", create_token(store, &new).await.expect("made").expect("the name is free"))
+    };
+    let (ann, _) = (token("ann").await, token("root").await);
+    let id = one.submit(&json!({ "source": "mesh.obj", "city": "delft" }), &[("authorization", &ann)]).await.json();
+    let place = format!("/api/v1/jobs/{}", id["id"].as_str().expect("an id"));
+    let look = async || one.ask("GET", &place, &[("authorization", &ann)], None).await.status;
+    assert_eq!(look().await, 200);
+    assert!(store.remove_token("ann").await.expect("removed"));
+    let cancel = one.ask("POST", &format!("{place}/cancel"), &[("authorization", &ann)], None).await;
+    cancel.problem(401, "unauthorised");
+    let begin = Instant::now();
+    while look().await == 200 {
+        assert!(begin.elapsed() < Duration::from_secs(1), "a token that is taken away still opens");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
