@@ -130,7 +130,7 @@ impl Store {
         }
         let about = About { stage: Some(claim.stage), unit: Some(&claim.unit), message: Some(worker) };
         self.note(&mut tx, id, EventKind::Claimed, about).await?;
-        self.commit(tx).await?;
+        tx.commit().await?;
         Ok(Some(claim))
     }
 
@@ -185,7 +185,7 @@ impl Store {
         self.advance(&mut tx, &claim.job).await?;
         let bytes = result.artifacts.iter().map(|a| a.bytes).sum();
         self.count(&mut tx, claim.stage, outcome, took, bytes).await?;
-        self.commit(tx).await
+        Ok(tx.commit().await?)
     }
 
     /// Gives a task up: it is tried again, or fails for good when its attempts are used up.
@@ -196,7 +196,7 @@ impl Store {
         let mut tx = self.begin().await?;
         self.lock(&mut tx, &claim.job).await?;
         self.give_up(&mut tx, claim, reason, retry, false).await?;
-        self.commit(tx).await
+        Ok(tx.commit().await?)
     }
 
     /// Hands a task back that was not begun, or that a draining worker stops: the attempt does not count.
@@ -214,7 +214,7 @@ impl Store {
             .execute(&mut *tx)
             .await?;
         self.count(&mut tx, claim.stage, Attempt::HandedBack, took, 0).await?;
-        self.commit(tx).await
+        Ok(tx.commit().await?)
     }
 
     /// Takes tasks back whose lease ran out, and gives their number. Every coordinator and worker may call it at any time.
@@ -242,7 +242,7 @@ impl Store {
             let reason = format!("worker {} fell silent", worker.as_deref().unwrap_or("?"));
             match self.give_up(&mut tx, &claim, &reason, Retry::After(Duration::ZERO), true).await {
                 Ok(()) => {
-                    self.commit(tx).await?;
+                    tx.commit().await?;
                     taken += 1;
                 }
                 // A heartbeat has come since, or someone else was quicker.

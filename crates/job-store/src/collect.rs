@@ -99,7 +99,7 @@ impl Store {
         if !crate::database::one_row(&doomed) || self.is_referenced_in(&mut tx, blob).await? {
             return Ok(false);
         }
-        self.commit(tx).await?;
+        tx.commit().await?;
         Ok(true)
     }
 

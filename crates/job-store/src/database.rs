@@ -116,20 +116,20 @@ impl Store {
         Ok(self.pool.begin_with(self.dialect.begin()).await?)
     }
 
-    /// Carries out what a transaction did.
+    /// Carries out what a transaction does for a client, who is to see it at once.
     pub(crate) async fn commit(&self, tx: Tx) -> Result<(), JobStoreError> {
         tx.commit().await?;
         self.note_write();
         Ok(())
     }
 
-    /// To be called when jobs or tokens have changed.
+    /// To be called when a client has changed something.
     pub(crate) fn note_write(&self) {
         self.writes.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// How often jobs or tokens were changed through this store and its clones: what was read before the number rose may not hold any
-    /// more. Changes by other processes are not counted.
+    /// How often clients have changed jobs or tokens through this store and its clones: what was read before the number rose may not
+    /// hold any more. What workers do is not counted, for it comes all the time, and nor is what other processes do.
     #[must_use]
     pub fn writes(&self) -> u64 {
         self.writes.load(Ordering::SeqCst)

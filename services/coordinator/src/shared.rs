@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 /// Most things that are kept an answer about; beyond, those that nobody asks for are let go.
 const MOST: usize = 1000;
 
-/// How old an answer for one who polls may be, unless this process changed something since. What other processes did is told after
-/// that time at the latest.
+/// How old an answer for one who polls may be, unless a client changed something through this process since. What workers and other
+/// processes did is told after that time at the latest.
 const LATELY: Duration = Duration::from_millis(250);
 
 /// The last answer about each of many things. Clones share them.
@@ -30,7 +30,7 @@ struct Place<V> {
 struct Answer<V> {
     /// When the question began.
     begun: Instant,
-    /// The number of writes before it began.
+    /// The number of changes by clients before it began.
     writes: u64,
     value: V,
 }
@@ -44,12 +44,12 @@ pub(crate) struct Freshness {
 }
 
 impl Freshness {
-    /// Not older than the question, as if each had asked alone. `writes` is the number of writes of this process.
+    /// Not older than the question, as if each had asked alone. `writes` is the number of changes by clients so far.
     pub(crate) fn now(writes: u64) -> Self {
         Self { came: Instant::now(), writes, lately: false }
     }
 
-    /// A short time old at most, and with all in it that this process has changed.
+    /// A short time old at most, and with all in it that clients have changed through this process.
     pub(crate) fn lately(writes: u64) -> Self {
         Self { lately: true, ..Self::now(writes) }
     }
