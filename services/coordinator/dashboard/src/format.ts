@@ -9,8 +9,8 @@ export function seconds(value: number): string {
 }
 
 export function ago(time: string, now = Date.now()): string {
-  const passed = (now - Date.parse(time)) / 1000;
-  return passed < 5 ? 'now' : `${seconds(passed)} ago`;
+  const passed = Math.round((now - Date.parse(time)) / 1000);
+  return passed < 5 ? 'now' : `${passed < 10 ? `${passed} s` : seconds(passed)} ago`;
 }
 
 export const between = (from: string, to: string | undefined, now = Date.now()) =>

@@ -36,7 +36,7 @@ export const Loading = ({ what }: { what: string }) => (
   </div>
 );
 
-export function Failure({ error, retry }: { error: Error; retry?: () => void }) {
+export function Failure({ error, retry, children }: { error: Error; retry?: () => void; children?: ComponentChildren }) {
   const title = error instanceof ApiError ? error.title : 'This page failed';
   const detail = error instanceof ApiError ? error.detail : error.message;
   return (
@@ -44,12 +44,14 @@ export function Failure({ error, retry }: { error: Error; retry?: () => void }) 
       <strong>{title}</strong>
       {detail && <p>{detail}</p>}
       {retry && <button onClick={retry}>Try again</button>}
+      {children}
     </div>
   );
 }
 
-export const Bar = ({ value, label }: { value: number; label: string }) => (
-  <div class="bar" role="progressbar" aria-label={label} aria-valuemin={0} aria-valuemax={100} aria-valuenow={Math.round(value * 100)}>
+/// How far something is, in the colour of its state.
+export const Bar = ({ value, label, state = '' }: { value: number; label: string; state?: string }) => (
+  <div class={`bar ${state}`} role="progressbar" aria-label={label} aria-valuemin={0} aria-valuemax={100} aria-valuenow={Math.round(value * 100)}>
     <div style={{ width: `${value * 100}%` }} />
   </div>
 );

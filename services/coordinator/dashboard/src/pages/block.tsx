@@ -13,6 +13,8 @@ import { type Roof, photograph, roofsOf } from './pictures';
 export function BlockPanel({ job, name, units, events, close }: { job: JobDetail; name: string; units: Unit[]; events: JobEvent[]; close: () => void }) {
   const own = units.filter((u) => u.unit === name).sort((a, b) => STAGES.indexOf(a.stage) - STAGES.indexOf(b.stage));
   const log = events.filter((e) => e.unit === name);
+  // There would be a grey square.
+  const seen = !own.some((u) => u.stage === 'sample' && u.state === 'failed');
   const panel = useRef<HTMLElement>(null);
   // On a narrow screen the panel is below the grid, out of sight.
   useEffect(() => panel.current?.scrollIntoView({ block: 'nearest', behavior: 'smooth' }), [name]);
@@ -22,22 +24,22 @@ export function BlockPanel({ job, name, units, events, close }: { job: JobDetail
         <h2>Block {name.replace('_', ', ')}</h2>
         <button class="quiet" onClick={close} aria-label="Close">✕</button>
       </div>
-      <div class="scroll"><table>
+      <div class="scroll"><table class="stacked">
         <Columns names={['Stage', 'State', 'Attempts', 'Time', 'Worker']} numbers={['Attempts', 'Time']} />
         <tbody>
           {own.map((u) => (
             <tr key={u.stage}>
               <th scope="row">{u.stage}</th>
-              <td><State state={u.state} /> {u.phase && <small>{u.phase}</small>}</td>
-              <td class="number">{u.attempts}</td>
-              <td class="number">{u.seconds !== undefined ? seconds(u.seconds) : ''}</td>
-              <td><small>{u.worker}</small></td>
+              <td data-label="State"><span><State state={u.state} /> {u.phase && <small>{u.phase}</small>}</span></td>
+              <td class="number" data-label="Attempts">{u.attempts}</td>
+              <td class="number" data-label="Time">{u.seconds !== undefined ? seconds(u.seconds) : ''}</td>
+              <td class="long" data-label="Worker"><small>{u.worker}</small></td>
             </tr>
           ))}
         </tbody>
       </table></div>
       {own.filter((u) => u.reason).map((u) => <p class="bad" key={u.stage}>{u.reason}</p>)}
-      {job.finished && <Pictures job={job.id} name={name} />}
+      {job.finished && (seen ? <Pictures job={job.id} name={name} /> : <p class="dim">There is no picture: the mesh of this block was not sampled.</p>)}
       <h3>Log</h3>
       <ol class="events short" tabIndex={0} aria-label="Log of the block">{log.map((e) => <EventLine key={e.number} event={e} />)}</ol>
       {!log.length && <p class="dim">No event of this block.</p>}

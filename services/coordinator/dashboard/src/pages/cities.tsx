@@ -18,10 +18,10 @@ export function Cities() {
           {value.map((city) => (
             <li class="card" key={city.name}>
               <h2><a class="plain" href={link(['cities', city.name])}>{city.name}</a></h2>
-              <p class="dim">{city.generation ? `generation ${city.generation}` : 'nothing published yet'}, since {ago(city.created, now)}</p>
+              <p class="dim">{city.generation ? `generation ${city.generation}` : 'nothing published yet'}, added {ago(city.created, now)}</p>
               <p class="actions">
-                <a class="button primary" href={link(['cities', city.name, 'view'])}>Open</a>
-                <a class="button" href={link(['cities', city.name])}>Generations</a>
+                {city.generation && <a class="button primary" href={link(['cities', city.name, 'view'])}>Open</a>}
+                {city.generation && <a class="button" href={link(['cities', city.name])}>Generations</a>}
                 <a class="button" href={link(['jobs'], { city: city.name })}>Jobs</a>
               </p>
             </li>

@@ -1,7 +1,7 @@
 // A city: its generations, and what a refresh changed.
 
 import { useMemo, useState } from 'preact/hooks';
-import { type Change, type City, type Generation, cityPlace, filesOf, pages } from '../api';
+import { ApiError, type Change, type City, type Generation, cityPlace, filesOf, pages } from '../api';
 import { ago, count, plural } from '../format';
 import { type Route, link, replaceQuery } from '../router';
 import { Columns, Empty, Failure, Loading, useGet, useNow } from '../ui';
@@ -13,6 +13,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
   const { value: generations } = useGet<Generation[]>(`${path}/generations`, (p) =>
     pages<Generation, { generations: Generation[]; next?: number }>(p, (page) => page.generations, 'before', 1000));
   const now = useNow(30_000);
+  if (error instanceof ApiError && error.status === 404) return <Failure error={error}><a href={link(['cities'])}>All cities</a></Failure>;
   if (error) return <Failure error={error} retry={again} />;
   if (!city || !generations) return <Loading what={`the city ${name}`} />;
   const current = city.current;
@@ -21,32 +22,34 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
   const from = Number(route.query.get('from') ?? Math.max(0, to - 1));
   return (
     <>
-      <div class="title">
-        <h1>{name}</h1>
-        <div class="actions">
-          <a class="button primary" href={link(['cities', name, 'view'])}>Open the city</a>
-          <a class="button" href={link(['jobs'], { city: name })}>Jobs</a>
+      <div>
+        <div class="title">
+          <h1>{name}</h1>
+          <div class="actions">
+            <a class="button primary" href={link(['cities', name, 'view'])}>Open the city</a>
+            <a class="button" href={link(['jobs'], { city: name })}>Jobs</a>
+          </div>
         </div>
+        <p class="facts">
+          <span>{plural(current.buildings, 'building')}</span><span>{current.crs}</span>
+          <span>generation {current.number}, published {ago(current.made, now)}</span>
+          {current.partial && <span class="state partial">◒ partial</span>}
+        </p>
       </div>
-      <p class="facts">
-        <span>{plural(current.buildings, 'building')}</span><span>{current.crs}</span>
-        <span>generation {current.number}, published {ago(current.made, now)}</span>
-        {current.partial && <span class="state partial">◒ partial</span>}
-      </p>
       <section class="card" aria-labelledby="generations-title">
         <h2 id="generations-title">Generations</h2>
         <div class="scroll">
-          <table>
+          <table class="stacked">
             <Columns names={['Number', 'Published', 'Buildings', 'Added', 'Removed', 'Changed', '']} numbers={['Buildings', 'Added', 'Removed', 'Changed']} />
             <tbody>
               {generations.map((g) => (
                 <tr key={g.number} aria-current={g.number === to ? 'true' : undefined}>
                   <th scope="row">{g.number}{g.partial && <small class="state partial"> ◒ partial</small>}</th>
-                  <td><time dateTime={g.made}>{ago(g.made, now)}</time></td>
-                  <td class="number">{count(g.buildings)}</td>
-                  <td class="number added">{g.added || ''}</td>
-                  <td class="number removed">{g.removed || ''}</td>
-                  <td class="number changed">{g.changed || ''}</td>
+                  <td data-label="Published"><time dateTime={g.made}>{ago(g.made, now)}</time></td>
+                  <td class="number" data-label="Buildings">{count(g.buildings)}</td>
+                  <td class="number added" data-label="Added">{g.added || ''}</td>
+                  <td class="number removed" data-label="Removed">{g.removed || ''}</td>
+                  <td class="number changed" data-label="Changed">{g.changed || ''}</td>
                   <td class="actions">
                     <button onClick={() => replaceQuery(route, { to: String(g.number), from: String(g.number - 1) })}>What changed</button>
                     <a class="button" href={link(['cities', name, 'view'], { generation: g.number })}>Open</a>

@@ -28,7 +28,7 @@ export function JobPage({ id, route }: { id: string; route: Route }) {
   here.current = route;
   const chooseBlock = useCallback((name: string | null) => replaceQuery(here.current, { block: name ?? undefined }), []);
   const drawn = useSeldom(units, 10_000, job?.finished !== undefined);
-  if (!job) return error ? <Failure error={error} /> : <Loading what="the job" />;
+  if (!job) return error ? <Failure error={error}>{error.status === 404 && <a href={link(['jobs'])}>All jobs</a>}</Failure> : <Loading what="the job" />;
   const failed = (units ?? []).filter((u) => u.state === 'failed');
   return (
     <>
@@ -87,7 +87,7 @@ function Head({ job }: { job: JobDetail }) {
           {may && !job.finished && <Action label="Cancel" kind="danger" run={async () => { if (confirm('Cancel this job for good?')) await steer('cancel')(); }} />}
         </div>
       </div>
-      <Bar value={done} label="Work done" />
+      <Bar value={done} label="Work done" state={job.state} />
       <p class="facts">
         <span>{Math.round(done * 100)} %{!job.finished && <>, {job.stage}</>}</span>
         {rest !== undefined && <span>≈ {seconds(rest)} left</span>}

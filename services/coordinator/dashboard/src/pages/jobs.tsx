@@ -106,7 +106,7 @@ function Table({ jobs, more }: { jobs: Job[]; more: () => void }) {
     if (end > jobs.length - 50) more();
   }, [end, jobs.length]);
   return (
-    <div class="jobs" role="table" aria-label="Jobs, newest first" aria-rowcount={jobs.length + 1}>
+    <div class="jobs" role="table" aria-label="Jobs, newest first" aria-rowcount={jobs.length + 1} style={{ '--rows': jobs.length }}>
       <div class="job head" role="row" aria-rowindex={1}>
         {['City', 'State', 'Progress', 'Left', 'Source', 'Who', 'Submitted'].map((name) => (
           <span role="columnheader" key={name}>{name}</span>
@@ -135,7 +135,7 @@ const Row = memo(
         <span role="cell" class="name"><a href={link(['jobs', job.id])}>{job.city}</a></span>
         <span role="cell"><State state={job.state} />{job.reason && <small title={job.reason}> {job.reason}</small>}</span>
         <span role="cell" class="progress">
-          <Bar value={done} label={`${Math.round(done * 100)} % done`} />
+          <Bar value={done} label={`${Math.round(done * 100)} % done`} state={job.state} />
           <small>{asked && !error ? (value?.stage ?? job.stage) : job.finished && job.started ? between(job.started, job.finished) : ''}</small>
         </span>
         <span role="cell">{rest !== undefined ? `≈ ${seconds(rest)}` : ''}</span>

@@ -23,8 +23,8 @@ export function Priority({ job }: { job: JobDetail }) {
         Priority
         <input type="number" name="priority" min={-100} max={100} step={1} required value={value} onInput={(e) => { setValue(e.currentTarget.value); set({}); }} />
       </label>
-      <button disabled={state.busy || !differs} aria-busy={state.busy}>Set</button>
-      <span role="status" class={state.error ? 'inline-error' : 'dim'}>{state.error?.message ?? (state.done && !differs ? 'set' : '')}</span>
+      {differs && <button disabled={state.busy} aria-busy={state.busy}>Set</button>}
+      <span role="status" class={state.error ? 'inline-error' : 'dim'}>{state.error?.message ?? (state.done && !differs ? 'saved' : '')}</span>
     </form>
   );
 }

@@ -40,17 +40,17 @@ export function Schedules() {
       {value?.length === 0 && <Empty title="No schedule">A schedule refreshes a city by itself: <a href="docs">the API</a> takes them.</Empty>}
       {!!value?.length && (
         <div class="card scroll">
-          <table>
+          <table class="stacked">
             <Columns names={['Name', 'City', 'When', 'Next run', 'Runs', 'Last job', '']} numbers={['Runs']} />
             <tbody>
               {value.map((s) => (
                 <tr key={s.name} aria-current={s.name === chosen ? 'true' : undefined}>
                   <th scope="row">{s.name}</th>
-                  <td><a href={link(['cities', s.job.city])}>{s.job.city}</a></td>
-                  <td><code>{s.cron}</code> <small>{s.zone}</small></td>
-                  <td>{!s.enabled ? <span class="dim">off</span> : s.next[0] ? <time dateTime={s.next[0]} title={s.next.map(moment).join('\n')}>{moment(s.next[0])}</time> : 'never'}</td>
-                  <td class="number">{s.runs}</td>
-                  <td>{s.last_job ? <a href={link(['jobs', s.last_job])}>open</a> : <span class="dim">none yet</span>}</td>
+                  <td data-label="City"><a href={link(['cities', s.job.city])}>{s.job.city}</a></td>
+                  <td class="long" data-label="When"><span><code>{s.cron}</code> <small>{s.zone}</small></span></td>
+                  <td class="long" data-label="Next run">{!s.enabled ? <span class="dim">off</span> : s.next[0] ? <time dateTime={s.next[0]} title={s.next.map(moment).join('\n')}>{moment(s.next[0])}</time> : 'never'}</td>
+                  <td class="number" data-label="Runs">{s.runs}</td>
+                  <td data-label="Last job">{s.last_job ? <a href={link(['jobs', s.last_job])}>open</a> : <span class="dim">none yet</span>}</td>
                   <td class="actions">
                     <button aria-expanded={s.name === chosen} onClick={() => choose(s.name === chosen ? null : s.name)}>History</button>
                     {maySteer(s.owner) && <Action label="Run now" run={() => send('POST', `/schedules/${encodeURIComponent(s.name)}/run`).then(again)} />}
@@ -77,16 +77,16 @@ function History({ name }: { name: string }) {
       {value?.length === 0 && <p class="dim">It has not run yet.</p>}
       {!!value?.length && (
         <div class="scroll">
-          <table>
+          <table class="stacked">
             <Columns names={['Number', 'Due', 'Looked at', 'Outcome', 'Job']} />
             <tbody>
               {value.map((run) => (
                 <tr key={run.number}>
                   <th scope="row">{run.number}</th>
-                  <td>{moment(run.due)}</td>
-                  <td>{ago(run.at, now)}</td>
-                  <td>{run.outcome}</td>
-                  <td>{run.job && <a href={link(['jobs', run.job])}>open</a>}</td>
+                  <td class="long" data-label="Due">{moment(run.due)}</td>
+                  <td data-label="Looked at">{ago(run.at, now)}</td>
+                  <td class="long" data-label="Outcome">{run.outcome}</td>
+                  <td data-label="Job">{run.job && <a href={link(['jobs', run.job])}>open</a>}</td>
                 </tr>
               ))}
             </tbody>

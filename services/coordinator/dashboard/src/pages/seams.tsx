@@ -9,6 +9,11 @@ import { Columns, Failure, State, useGet } from '../ui';
 /// Most seams that are listed, those first that an operator has to look at.
 const ROWS = 40;
 
+/// Most blocks of a seam that are named.
+const NAMES = 4;
+
+const named = (blocks: string[]) => blocks.map((b) => b.replace('_', ', ')).join(' · ');
+
 const URGENCY = ['failed', 'running', 'ready', 'cancelled', 'done', 'reused'];
 
 export function Seams({ job, units, choose }: { job: JobDetail; units: Unit[]; choose: (block: string) => void }) {
@@ -44,15 +49,17 @@ const List = memo(
           {counts.map(([state, n]) => <span key={state}>{n} <State state={state} /></span>)}
         </p>
         <div class="seams">
-          <table>
+          <table class="stacked">
             <Columns names={['Blocks', 'Buildings', 'Modelled with', 'State']} numbers={['Buildings']} />
             <tbody>
               {order.slice(0, ROWS).map((i) => (
                 <tr key={seams[i].blocks.join() + seams[i].owner}>
-                  <th scope="row">{seams[i].blocks.map((b) => b.replace('_', ', ')).join(' · ')}</th>
-                  <td class="number">{seams[i].buildings}</td>
-                  <td><button class="linklike" onClick={() => choose(seams[i].owner)}>{seams[i].owner.replace('_', ', ')}</button></td>
-                  <td><State state={states[i]} /></td>
+                  <th scope="row" title={named(seams[i].blocks)}>
+                    {named(seams[i].blocks.slice(0, NAMES))}{seams[i].blocks.length > NAMES && <small> and {seams[i].blocks.length - NAMES} more</small>}
+                  </th>
+                  <td class="number" data-label="Buildings">{seams[i].buildings}</td>
+                  <td data-label="Modelled with"><button class="linklike" onClick={() => choose(seams[i].owner)}>{seams[i].owner.replace('_', ', ')}</button></td>
+                  <td data-label="State"><State state={states[i]} /></td>
                 </tr>
               ))}
             </tbody>

@@ -27,8 +27,9 @@ export const Timeline = memo(({ started, finished, units }: { started: string; f
       }
     }
     const most = Math.max(1, ...[...stages.values()].map((bins) => Math.max(...bins)));
-    return { stages, most, length: (end - begin) / 1000 };
+    return { stages, most, length: (end - begin) / 1000, worked: units.some((u) => u.started) };
   }, [units, finished]);
+  if (!drawn.worked) return null;
   return (
     <figure class="timeline">
       <figcaption>Units at work over time, at most {Math.round(drawn.most)} of a stage</figcaption>

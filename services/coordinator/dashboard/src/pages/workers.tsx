@@ -15,21 +15,21 @@ export function Workers() {
       {!value && !error && <Loading what="the workers" />}
       {value?.length === 0 && <Empty title="No worker"><code>gable work</code> starts one; <code>gable serve --all</code> has them beside the service.</Empty>}
       {!!value?.length && (
-        <div class="scroll">
-          <table>
-            <Columns names={['Host', 'Process', 'Task', 'Memory', 'Seen', 'Up since', 'Version']} numbers={['Memory']} />
+        <div class="card scroll">
+          <table class="stacked">
+            <Columns names={['Host', 'Process', 'Task', 'Memory', 'Seen', 'Started', 'Version']} numbers={['Memory']} />
             <tbody>
               {value.map((w) => {
                 const lost = now - Date.parse(w.seen) > LOST * 1000;
                 return (
                   <tr key={w.id} class={lost ? 'lost' : ''}>
                     <th scope="row">{w.host}</th>
-                    <td>{w.pid}</td>
-                    <td>{w.task ?? <span class="dim">idle</span>}</td>
-                    <td class="number">{w.memory ? bytes(w.memory) : ''}</td>
-                    <td>{lost && <span class="state failed">lost</span>} {ago(w.seen, now)}</td>
-                    <td>{ago(w.started, now)}</td>
-                    <td>{w.version}</td>
+                    <td data-label="Process">{w.pid}</td>
+                    <td class="long" data-label="Task">{w.task ?? <span class="dim">idle</span>}</td>
+                    <td class="number" data-label="Memory">{w.memory ? bytes(w.memory) : ''}</td>
+                    <td data-label="Seen"><span>{lost && <span class="state failed">lost</span>} {ago(w.seen, now)}</span></td>
+                    <td data-label="Started">{ago(w.started, now)}</td>
+                    <td data-label="Version">{w.version}</td>
                   </tr>
                 );
               })}

@@ -107,9 +107,19 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
   };
   return (
     <div class="viewer" onKeyDown={(e) => { if (e.key === 'Escape') stage.current?.unchoose(); }}>
-      <div class="viewer-tools" role="toolbar" aria-label="View">
+      <div class="viewer-head">
         <a href={back} class="button quiet" aria-label="Back">←</a>
         <h1>{place.title}</h1>
+        <label class="row">
+          Show
+          <select aria-label="Show" value={source ?? ''} onChange={(e) => set({ file: e.currentTarget.value || undefined })}>
+            <option value="">{hasTiles ? 'whole city (3D Tiles)' : 'first tile'}</option>
+            {cityJson.map((path) => <option key={path} value={path}>{path.split('/').at(-1)}</option>)}
+          </select>
+        </label>
+        <label class="button file">Open a CityJSON file<input type="file" accept=".json" onChange={openOwn} /></label>
+      </div>
+      <div class="viewer-tools" role="toolbar" aria-label="View">
         <span class="segments" role="group" aria-label="Level of detail">
           {(['auto', '0', '1', '2'] as Lod[]).map((l) => (
             <button key={l} aria-pressed={lod === l} onClick={() => set({ lod: l === 'auto' ? undefined : l })}>{l === 'auto' ? 'Auto' : `LOD${l}`}</button>
@@ -130,14 +140,6 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
           <button onClick={() => stage.current?.aslant()}>Aslant</button>
           <button onClick={() => stage.current?.home()}>All</button>
         </span>
-        <label class="row">
-          Show
-          <select aria-label="Show" value={source ?? ''} onChange={(e) => set({ file: e.currentTarget.value || undefined })}>
-            <option value="">{hasTiles ? 'whole city (3D Tiles)' : 'first tile'}</option>
-            {cityJson.map((path) => <option key={path} value={path}>{path.split('/').at(-1)}</option>)}
-          </select>
-        </label>
-        <label class="button file">Open a CityJSON file<input type="file" accept=".json" onChange={openOwn} /></label>
       </div>
       <div class="viewer-stage">
         <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The city in three dimensions, ${state.buildings} buildings loaded. Arrow keys move the view.`} data-loading={state.loading} data-buildings={state.buildings} data-mesh={state.mesh} data-lod={lod} />
@@ -145,7 +147,7 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
         {error && <div class="over"><Failure error={error} retry={() => location.reload()} /></div>}
         {!files && !error && <div class="over"><Loading what="the city" /></div>}
         {files && !hasTiles && !cityJson.length && <div class="over"><Failure error={new Error('This result has neither 3D Tiles nor CityJSON: submit the job again with one of these formats.')} /></div>}
-        <Key mode={mode} buildings={state.buildings} loading={state.loading} mesh={compare !== 'model' && !file} />
+        <Key mode={mode} buildings={state.buildings} loading={state.loading} compare={file ? 'model' : compare} />
         {picked && <Attributes picked={picked} place={place} files={files ?? []} close={() => stage.current?.unchoose()} show={(path) => set({ file: path })} />}
       </div>
     </div>
@@ -181,26 +183,31 @@ function Swipe({ border, move }: { border: number; move: (part: number) => void 
   );
 }
 
-function Key({ mode, buildings, loading, mesh }: { mode: Mode; buildings: number; loading: boolean; mesh: boolean }) {
-  const legend = legendOf(mode);
+function Key({ mode, buildings, loading, compare }: { mode: Mode; buildings: number; loading: boolean; compare: Compare }) {
+  const legend = compare === 'mesh' ? {} : legendOf(mode);
   return (
     <div class="key">
-      <strong>{mode}</strong>
+      <strong>{compare === 'mesh' ? 'mesh' : mode}</strong>
       {legend.items?.map(([name, colour]) => <span key={name}><i style={{ background: colour }} /> {name}</span>)}
       {legend.ramp && <span>{legend.ramp.from} <i class="ramp" style={{ background: legend.ramp.css }} /> {legend.ramp.to}</span>}
-      {mesh && <span class="dim">mesh: thinned out, its own colours</span>}
-      <span class="dim" aria-live="polite">{plural(buildings, 'building')}{loading ? ', loading …' : ''}</span>
+      {compare !== 'model' && <span class="dim">{compare === 'mesh' ? '' : 'mesh: '}thinned out, its own colours</span>}
+      <span class="dim" aria-live="polite">{compare === 'mesh' ? '' : plural(buildings, 'building')}{loading ? `${compare === 'mesh' ? '' : ', '}loading …` : ''}</span>
     </div>
   );
 }
 
+/// Names that are abbreviations.
+const SHORT = ['lod', 'rmse'];
+
 const UNITS: [RegExp, string][] = [[/_m2$/, ' m²'], [/_m3$/, ' m³'], [/_m$/, ' m'], [/_deg$/, '°']];
+
+const title = (name: string) => (SHORT.includes(name) ? name.toUpperCase() : name.replaceAll('_', ' '));
 
 function shown(name: string, value: string | number): [string, string] {
   for (const [ending, unit] of UNITS) {
-    if (ending.test(name) && typeof value === 'number') return [name.replace(ending, '').replaceAll('_', ' '), `${Number(value.toFixed(3))}${unit}`];
+    if (ending.test(name) && typeof value === 'number') return [title(name.replace(ending, '')), `${Number(value.toFixed(3))}${unit}`];
   }
-  return [name.replaceAll('_', ' '), typeof value === 'number' ? String(Number(value.toFixed(4))) : String(value)];
+  return [title(name), typeof value === 'number' ? String(Number(value.toFixed(4))) : String(value)];
 }
 
 const pairs = (properties: Properties, without: string[]) =>
