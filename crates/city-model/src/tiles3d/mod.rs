@@ -1,6 +1,6 @@
 //! 3D Tiles 1.1: buildings and terrain as GLB with feature tables, the mesh that they were made from, and the tilesets that hold them.
 //!
-//! A tile of the city becomes a [`Content`] for each level of detail ([`buildings_content`], [`terrain_content`],
+//! A tile of the city becomes a [`Content`] for each level of detail ([`buildings_content`], from afar of [`boxes`], [`terrain_content`],
 //! [`ColouredSurface::content`]); what is known of it
 //! ([`Layer`]) goes into tilesets ([`write_tileset`]), so that neither needs more than one tile in memory.
 //!
@@ -15,6 +15,7 @@
 
 mod content;
 mod earth;
+mod far;
 mod glb;
 mod metadata;
 mod surface;
@@ -22,6 +23,7 @@ mod tileset;
 
 pub use content::{Content, GroundTexture, TileLod, block_error, buildings_content, terrain_content};
 pub use earth::earth_transform;
+pub use far::boxes;
 pub use surface::ColouredSurface;
 pub use tileset::{Layer, LayerLevel, Overview, TileLayer, TilesetHeader, quadtree, write_tileset};
 

@@ -8,8 +8,8 @@ use crate::mosaic::Mosaic;
 use crate::params::Format;
 use crate::{PipelineError, Stage};
 use gable_city_model::tiles3d::{
-    Content, GroundTexture, Layer, LayerLevel, TileLayer, TileLod, TilesetHeader, block_error, buildings_content,
-    earth_transform, terrain_content, write_tileset,
+    Content, GroundTexture, Layer, LayerLevel, TileLayer, TileLod, TilesetHeader, block_error, boxes,
+    buildings_content, earth_transform, terrain_content, write_tileset,
 };
 use gable_city_model::{Building, Terrain as Tin};
 use gable_ortho::{GridWindow, Orthograph};
@@ -34,7 +34,7 @@ pub(crate) const UNSEEN: [u8; 3] = [150, 150, 146];
 /// What was written of a tile: its levels by layer.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Layers {
-    /// Block models, then roof shapes.
+    /// Boxes, then block models, then roof shapes.
     buildings: Option<Layer>,
     /// Each level of the buildings by itself.
     lods: Vec<Option<Layer>>,
@@ -86,6 +86,12 @@ pub(crate) fn tile(
     }
     if let Some(blocks) = levels.first_mut() {
         blocks.error = block_error(buildings);
+        // A whole city of block models is more than a viewer can draw in time.
+        if let Some((boxes, error)) = boxes(buildings) {
+            let error = blocks.error + error;
+            let far = put("far", error, buildings_content(&boxes, TileLod::Lod1).map_err(wrong)?)?;
+            levels.splice(0..0, far);
+        }
     }
     layers.buildings = layer(levels);
     if let Some((surface, terrain)) = terrain.filter(|_| !window.is_empty()) {
