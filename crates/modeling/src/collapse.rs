@@ -4,14 +4,14 @@
 //! the corner of the walls, or where three planes almost share a point. They carry no information, and the slivers
 //! beside them fail validation.
 
-use crate::partition::Partition;
+use crate::partition::{Edge, Partition};
 use gable_geometry::{DVec2, Orientation, orientation};
 use std::collections::BTreeSet;
 
 /// Collapses edges shorter than `shortest` metres, the shortest first, each to that of its ends where most edges
 /// meet (the other would move them all). An edge stays if its ends share a neighbour (a triangle would vanish) or if
 /// another edge would be crossed. Works in passes, in which no vertex takes part twice, until one changes nothing.
-/// O(edges) for each collapse.
+/// O(edges) for each edge that could go.
 pub(crate) fn short_edges(partition: &Partition, shortest: f64) -> Partition {
     short_edges_where(partition, shortest, |_, _| true)
 }
@@ -22,15 +22,13 @@ pub(crate) fn short_edges_where(
     shortest: f64,
     chosen: impl Fn(DVec2, DVec2) -> bool,
 ) -> Partition {
-    let mut part = partition.clone();
+    let mut net = Net::new(partition);
     loop {
-        let at = |v: u32| part.vertices[v as usize];
-        let mut short: Vec<(f64, u32, u32)> = part
-            .edges
-            .iter()
+        let mut short: Vec<(f64, u32, u32)> = net
+            .live()
             .map(|e| (e.from.min(e.to), e.from.max(e.to)))
-            .map(|(a, b)| (at(a).distance(at(b)), a, b))
-            .filter(|s| s.0 < shortest && chosen(at(s.1), at(s.2)))
+            .map(|(a, b)| (net.at(a).distance(net.at(b)), a, b))
+            .filter(|s| s.0 < shortest && chosen(net.at(s.1), net.at(s.2)))
             .collect();
         short.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
         short.dedup();
@@ -40,66 +38,124 @@ pub(crate) fn short_edges_where(
             if touched.contains(&a) || touched.contains(&b) {
                 continue;
             }
-            let (na, nb) = (neighbours(&part, a), neighbours(&part, b));
+            let (na, nb) = (net.neighbours(a), net.neighbours(b));
             let (keep, drop) = if nb.len() > na.len() { (b, a) } else { (a, b) };
             let moved: Vec<u32> = if drop == a { &na } else { &nb }.iter().copied().filter(|&n| n != keep).collect();
-            if na.iter().any(|n| nb.contains(n)) || !is_free(&part, keep, drop, &moved) {
+            if na.iter().any(|n| nb.contains(n)) || !net.is_free(keep, drop, &moved) {
                 continue;
             }
-            merge(&mut part, keep, drop);
+            net.merge(keep, drop);
             touched.extend([keep, drop]);
             changed = true;
         }
         if !changed {
-            return part.compacted();
+            return net.finish();
         }
     }
 }
 
-/// Vertices joined to `v` by an edge, in either direction, ascending.
-fn neighbours(part: &Partition, v: u32) -> Vec<u32> {
-    let mut out: Vec<u32> = part
-        .edges
-        .iter()
-        .filter_map(|e| if e.from == v { Some(e.to) } else { (e.to == v).then_some(e.from) })
-        .collect();
-    out.sort_unstable();
-    out.dedup();
-    out
+/// A partition of which edges go, with the edges around each vertex.
+struct Net {
+    part: Partition,
+    gone: Vec<bool>,
+    /// Edges that start or end at each vertex, those that are gone among them.
+    around: Vec<Vec<usize>>,
 }
 
-/// Whether the edges of `drop` can end at `keep` instead without touching any other edge.
-fn is_free(part: &Partition, keep: u32, drop: u32, moved: &[u32]) -> bool {
-    let at = |v: u32| part.vertices[v as usize];
-    moved.iter().all(|&m| {
-        let (p, q) = (at(keep), at(m));
-        // A vertex in the triangle that the edge sweeps would change sides without being touched.
-        let corners = [keep, drop, m];
-        let others = (0..part.vertices.len() as u32).filter(|v| !corners.contains(v));
-        if others.map(at).any(|v| in_triangle(v, p, at(drop), q)) {
-            return false;
+impl Net {
+    fn new(partition: &Partition) -> Self {
+        let part = partition.clone();
+        let mut around = vec![Vec::new(); part.vertices.len()];
+        for (i, e) in part.edges.iter().enumerate() {
+            around[e.from as usize].push(i);
+            around[e.to as usize].push(i);
         }
-        part.edges.iter().all(|e| {
-            let ends = [e.from, e.to];
-            // Edges that move too, or share an end with the new edge, meet it in that end only, unless they overlap.
-            if ends.contains(&drop) {
-                return true;
-            }
-            let other = match (ends.contains(&keep), ends.contains(&m)) {
-                (true, true) => return false,
-                (true, false) => Some((p, q, if e.from == keep { e.to } else { e.from })),
-                (false, true) => Some((q, p, if e.from == m { e.to } else { e.from })),
-                (false, false) => None,
-            };
-            match other {
-                Some((end, far, v)) => {
-                    let (d, o) = (far - end, at(v) - end);
-                    d.perp_dot(o).abs() > 1e-9 * d.length() * o.length() || d.dot(o) < 0.0
+        Self { gone: vec![false; part.edges.len()], part, around }
+    }
+
+    fn at(&self, v: u32) -> DVec2 {
+        self.part.vertices[v as usize]
+    }
+
+    fn live(&self) -> impl Iterator<Item = &Edge> {
+        self.part.edges.iter().zip(&self.gone).filter(|(_, gone)| !**gone).map(|(e, _)| e)
+    }
+
+    /// Vertices joined to `v` by an edge, in either direction, ascending.
+    fn neighbours(&self, v: u32) -> Vec<u32> {
+        let edges = self.around[v as usize].iter().filter(|&&i| !self.gone[i]).map(|&i| &self.part.edges[i]);
+        let mut out: Vec<u32> = edges.map(|e| if e.from == v { e.to } else { e.from }).collect();
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+
+    /// Whether the edges of `drop` can end at `keep` instead without touching any other edge.
+    fn is_free(&self, keep: u32, drop: u32, moved: &[u32]) -> bool {
+        moved.iter().all(|&m| {
+            let (p, q) = (self.at(keep), self.at(m));
+            let corners = [keep, drop, m];
+            self.live().all(|e| {
+                // A vertex in the triangle that the edge sweeps would change sides without being touched.
+                if !corners.contains(&e.from) && in_triangle(self.at(e.from), p, self.at(drop), q) {
+                    return false;
                 }
-                None => !cross(p, q, at(e.from), at(e.to)),
-            }
+                let ends = [e.from, e.to];
+                // Edges that move too, or share an end with the new edge, meet it in that end only, unless they overlap.
+                if ends.contains(&drop) {
+                    return true;
+                }
+                let other = match (ends.contains(&keep), ends.contains(&m)) {
+                    (true, true) => return false,
+                    (true, false) => Some((p, q, if e.from == keep { e.to } else { e.from })),
+                    (false, true) => Some((q, p, if e.from == m { e.to } else { e.from })),
+                    (false, false) => None,
+                };
+                match other {
+                    Some((end, far, v)) => {
+                        let (d, o) = (far - end, self.at(v) - end);
+                        d.perp_dot(o).abs() > 1e-9 * d.length() * o.length() || d.dot(o) < 0.0
+                    }
+                    None => !cross(p, q, self.at(e.from), self.at(e.to)),
+                }
+            })
         })
-    })
+    }
+
+    /// Lets all edges of `drop` end at `keep` and removes the edge between them.
+    fn merge(&mut self, keep: u32, drop: u32) {
+        for i in std::mem::take(&mut self.around[drop as usize]) {
+            let e = &mut self.part.edges[i];
+            if [e.from, e.to].contains(&keep) {
+                self.gone[i] = true;
+                continue;
+            }
+            for end in [&mut e.from, &mut e.to] {
+                if *end == drop {
+                    *end = keep;
+                }
+            }
+            self.around[keep as usize].push(i);
+        }
+    }
+
+    /// The partition without the edges that are gone.
+    fn finish(mut self) -> Partition {
+        let mut number = vec![usize::MAX; self.gone.len()];
+        let mut count = 0;
+        for (number, _) in number.iter_mut().zip(&self.gone).filter(|(_, gone)| !**gone) {
+            *number = count;
+            count += 1;
+        }
+        let follow = |mut e: usize| {
+            while self.gone[e] {
+                e = self.part.edges[e].next;
+            }
+            number[e]
+        };
+        self.part.edges = self.live().map(|e| Edge { next: follow(e.next), ..*e }).collect();
+        self.part.compacted()
+    }
 }
 
 /// Whether a point lies in a triangle or on its border.
@@ -121,39 +177,6 @@ fn cross(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
         x != y || x == Orientation::On
     };
     splits(a, b, c, d) && splits(c, d, a, b)
-}
-
-/// Lets all edges of `drop` end at `keep` and removes the edge between them.
-fn merge(part: &mut Partition, keep: u32, drop: u32) {
-    let gone = |from: u32, to: u32| (from == keep && to == drop) || (from == drop && to == keep);
-    let dead: Vec<bool> = part.edges.iter().map(|e| gone(e.from, e.to)).collect();
-    let mut number = vec![usize::MAX; dead.len()];
-    let mut count = 0;
-    for (i, dead) in dead.iter().enumerate() {
-        if !dead {
-            number[i] = count;
-            count += 1;
-        }
-    }
-    let follow = |mut e: usize| {
-        while dead[e] {
-            e = part.edges[e].next;
-        }
-        number[e]
-    };
-    part.edges = (0..dead.len())
-        .filter(|&i| !dead[i])
-        .map(|i| {
-            let mut e = part.edges[i];
-            e.next = follow(e.next);
-            for end in [&mut e.from, &mut e.to] {
-                if *end == drop {
-                    *end = keep;
-                }
-            }
-            e
-        })
-        .collect();
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ struct Sector {
 }
 
 /// Cuts tips by `cut` metres (at most a quarter of the edge) until each vertex carries a manifold; heights that
-/// differ by less than `weld` metres count as equal. Returns the number of cuts. Work is linear in the edges.
+/// differ by less than `weld` metres count as equal. Returns the number of cuts. O(edges · log).
 pub(crate) fn split(partition: &mut Partition, planes: &[Plane], weld: f64, cut: f64) -> usize {
     let areas = partition.areas();
     let mut cuts = 0;
@@ -31,10 +31,9 @@ pub(crate) fn split(partition: &mut Partition, planes: &[Plane], weld: f64, cut:
             let Some((sector, next, beyond)) = find(partition, &links, planes, &areas, weld, vertex as u32) else {
                 break;
             };
-            if !cut_tip(partition, vertex as u32, sector, next, beyond, cut) {
+            if !cut_tip(partition, &mut links, vertex as u32, sector, next, beyond, cut) {
                 break;
             }
-            links = Links::of(partition);
             cuts += 1;
         }
         vertex += 1;
@@ -45,7 +44,7 @@ pub(crate) fn split(partition: &mut Partition, planes: &[Plane], weld: f64, cut:
 /// Most cuts at one vertex: more than any number of sectors needs.
 const MOST_CUTS: usize = 16;
 
-/// How edges hang together.
+/// How edges hang together, kept up to date while tips are cut.
 struct Links {
     /// Edge index by (from, to).
     index: BTreeMap<(u32, u32), usize>,
@@ -60,6 +59,44 @@ impl Links {
             previous[e.next] = i;
         }
         Self { index: partition.index(), previous }
+    }
+
+    fn find(&self, from: u32, to: u32) -> Option<usize> {
+        self.index.get(&(from, to)).copied()
+    }
+
+    /// Moves the start of an edge.
+    fn set_from(&mut self, partition: &mut Partition, edge: usize, from: u32) {
+        let e = &mut partition.edges[edge];
+        self.index.remove(&(e.from, e.to));
+        e.from = from;
+        self.index.insert((e.from, e.to), edge);
+    }
+
+    /// Moves the end of an edge.
+    fn set_to(&mut self, partition: &mut Partition, edge: usize, to: u32) {
+        let e = &mut partition.edges[edge];
+        self.index.remove(&(e.from, e.to));
+        e.to = to;
+        self.index.insert((e.from, e.to), edge);
+    }
+
+    /// Makes `next` follow `edge`.
+    fn follow(&mut self, partition: &mut Partition, edge: usize, next: usize) {
+        partition.edges[edge].next = next;
+        self.previous[next] = edge;
+    }
+
+    /// Adds an edge after `before` in its ring.
+    fn insert_after(&mut self, partition: &mut Partition, before: usize, from: u32, to: u32) -> usize {
+        let Edge { region, next, .. } = partition.edges[before];
+        let edge = partition.edges.len();
+        partition.edges.push(Edge { from, to, region, next });
+        self.previous.push(before);
+        self.index.insert((from, to), edge);
+        self.follow(partition, before, edge);
+        self.previous[next] = edge;
+        edge
     }
 
     /// Edges that leave a vertex, as (neighbour, edge).
@@ -134,10 +171,20 @@ fn find(
 /// Cuts the tip at `v` of the sector between the edges towards `sector.neighbour` and `next.neighbour` and gives
 /// it to `next`'s region, or to that of `before`, the sector on the other side, if it is given. Nothing is cut, and
 /// `false` returned, where a ring does not follow the sector's border (two rings cross at the vertex).
-fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, before: Option<Sector>, cut: f64) -> bool {
+fn cut_tip(
+    partition: &mut Partition,
+    links: &mut Links,
+    v: u32,
+    sector: Sector,
+    next: Sector,
+    before: Option<Sector>,
+    cut: f64,
+) -> bool {
     let (a, b) = (sector.neighbour, next.neighbour);
-    let index = partition.index();
-    if let (Some(&into), Some(&out)) = (index.get(&(b, v)), index.get(&(v, a)))
+    // The edges along both sides of the sector: its own ring comes from `b` and leaves to `a`.
+    let (from_b, to_a) = (links.find(b, v), links.find(v, a));
+    let (to_b, from_a) = (links.find(v, b), links.find(a, v));
+    if let (Some(into), Some(out)) = (from_b, to_a)
         && partition.edges[into].next != out
     {
         return false;
@@ -150,44 +197,32 @@ fn cut_tip(partition: &mut Partition, v: u32, sector: Sector, next: Sector, befo
         partition.vertices.len() as u32 - 1
     };
     let (a1, b1) = (point(a), point(b));
-    let edges = &mut partition.edges;
-    let push = |edges: &mut Vec<Edge>, from: u32, to: u32, region: Region, next: usize| {
-        edges.push(Edge { from, to, region, next });
-        edges.len() - 1
-    };
     // The sector's own ring: b → v → a becomes b → b1 → a1 → a.
-    if let (Some(&into), Some(&out)) = (index.get(&(b, v)), index.get(&(v, a))) {
-        let region = edges[into].region;
-        edges[out].from = a1;
-        edges[into].to = b1;
-        edges[into].next = push(edges, b1, a1, region, out);
+    if let (Some(into), Some(out)) = (from_b, to_a) {
+        links.set_to(partition, into, b1);
+        links.set_from(partition, out, a1);
+        links.insert_after(partition, into, b1, a1);
     }
     // Beyond the edge to `b`: v → b.
-    if let Some(&out) = index.get(&(v, b)) {
-        let region = edges[out].region;
-        edges[out].from = b1;
-        let before_out = (0..edges.len()).find(|&e| edges[e].next == out);
-        let first = if before.is_some() {
-            push(edges, v, b1, region, out)
+    if let Some(out) = to_b {
+        let into = links.previous[out];
+        links.set_from(partition, out, b1);
+        if before.is_some() {
+            links.insert_after(partition, into, v, b1);
         } else {
-            let second = push(edges, a1, b1, region, out);
-            push(edges, v, a1, region, second)
-        };
-        if let Some(e) = before_out {
-            edges[e].next = first;
+            let tip = links.insert_after(partition, into, v, a1);
+            links.insert_after(partition, tip, a1, b1);
         }
     }
     // Beyond the edge to `a`: a → v.
-    if let Some(&into) = index.get(&(a, v)) {
-        let region = edges[into].region;
-        let next = edges[into].next;
-        edges[into].to = a1;
-        edges[into].next = if before.is_some() {
-            let second = push(edges, b1, v, region, next);
-            push(edges, a1, b1, region, second)
+    if let Some(into) = from_a {
+        links.set_to(partition, into, a1);
+        if before.is_some() {
+            let tip = links.insert_after(partition, into, a1, b1);
+            links.insert_after(partition, tip, b1, v);
         } else {
-            push(edges, a1, v, region, next)
-        };
+            links.insert_after(partition, into, a1, v);
+        }
     }
     true
 }
