@@ -14,8 +14,9 @@ use crate::creases::{Crease, creases};
 use crate::eaves;
 use crate::faces::{Weights, assign};
 use crate::input::BuildingInput;
+use crate::model::LOWEST_EAVE;
 use crate::params::Params;
-use crate::partition::Partition;
+use crate::partition::{Partition, Region};
 use crate::steps::{Profile, offset};
 use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use crate::superstructures::{self, Limits};
@@ -63,6 +64,15 @@ pub(crate) struct Reconstruction {
     pub(crate) planes: Vec<Plane>,
 }
 
+impl Reconstruction {
+    /// Some of the regions, in the order given.
+    pub(crate) fn part(&self, regions: &[Region]) -> Self {
+        let mut group = vec![None; self.partition.regions];
+        regions.iter().enumerate().for_each(|(n, &r)| group[r] = Some(n));
+        Self { partition: self.partition.joined(&group), planes: regions.iter().map(|&r| self.planes[r]).collect() }
+    }
+}
+
 /// Models one building down to its partition. `base` is the height of the ground.
 ///
 /// Where no plane holds on any face, as on small or ragged buildings, the straightened outline of the mask under one
@@ -100,7 +110,7 @@ fn with_planes(
     let (partition, regions) = dissolve(&arrangement, &faces);
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();
-    let (partition, planes) = clip_to_ground(partition, planes, base + 0.5);
+    let (partition, planes) = clip_to_ground(partition, planes, base + LOWEST_EAVE);
     let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
     Ok((!planes.is_empty()).then_some(Reconstruction { partition, planes }))
 }

@@ -13,6 +13,7 @@ mod mend;
 mod model;
 mod params;
 mod partition;
+mod party_walls;
 mod roof;
 mod steps;
 mod subdivide;

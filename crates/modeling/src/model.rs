@@ -1,12 +1,13 @@
-//! Models one building.
+//! Models what hangs together in one mask.
 
+use crate::gable::{self, Reconstruction};
 use crate::input::BuildingInput;
 use crate::params::{Method, Params};
 use crate::partition::Partition;
 use crate::roof::{RoofType, round};
-use crate::{gable, lods, zhu2018};
+use crate::{lods, party_walls, zhu2018};
 use gable_city_model::{Attributes, Lods, Value};
-use gable_geometry::{Plane, Polygon};
+use gable_geometry::{Box2, Plane, Polygon};
 use gable_ortho::{GridWindow, Raster};
 
 /// A building as modelled, with what is known of how well it fits.
@@ -24,32 +25,49 @@ pub struct BuildingModel {
     pub area: f64,
     /// Highest roof point above the ground, metres.
     pub height: f64,
+    /// Pixels of the mask that the roof covers, on the smallest window. No pixel is another building's.
+    pub pixels: Raster<bool>,
     /// RMS of the vertical distances between the roof and the sampled surface, without the strip along the outline, metres.
     pub rmse: f64,
 }
 
-/// Models one building in LOD0, LOD1 and LOD2.
+/// Models what hangs together in one mask in LOD0, LOD1 and LOD2: one building, or several that steps in the roof
+/// divide (`party_wall_step`).
 ///
 /// # Errors
 /// A reason, for a user to read, if there is nothing to model: no pixel, or no roof above the ground.
-pub fn model(input: &BuildingInput, params: &Params) -> Result<BuildingModel, String> {
-    let base = ground_height(input).ok_or("the building has no pixel with a height")?;
+pub fn model(input: &BuildingInput, params: &Params) -> Result<Vec<BuildingModel>, String> {
+    let base = ground_height(input, &input.mask).ok_or("the building has no pixel with a height")?;
     let completed = if params.method == Method::Gable { gable::completed(input) } else { None };
     let input = completed.as_ref().unwrap_or(input);
     let found = match params.method {
         Method::Gable => gable::reconstruct(input, base, params)?,
         Method::Zhu2018 => zhu2018::reconstruct(input, base, params)?,
     };
-    let levels = lods::build(&found.partition, &found.planes, base, &params.tolerances);
-    let roofs: Vec<(Polygon, Plane)> = found
-        .partition
+    if params.party_wall_step <= 0.0 {
+        return Ok(vec![building(input, &found, base, params)]);
+    }
+    let buildings = party_walls::buildings(&found.partition, &found.planes, params.party_wall_step);
+    if buildings.len() < 2 {
+        return Ok(vec![building(input, &found, base, params)]);
+    }
+    Ok(buildings.iter().map(|regions| building(input, &found.part(regions), base, params)).collect())
+}
+
+/// One building over ground at `base`, or higher where the ground at the building is higher.
+fn building(input: &BuildingInput, found: &Reconstruction, base: f64, params: &Params) -> BuildingModel {
+    let Reconstruction { partition, planes } = found;
+    let roofs: Vec<(Polygon, Plane)> = partition
         .polygons()
         .into_iter()
-        .zip(&found.planes)
+        .zip(planes)
         .flat_map(|(polygons, &plane)| polygons.into_iter().map(move |p| (p, plane)))
         .collect();
-    let fit = Fit::of(input, &roofs);
-    let ridge = ridge_height(&found.partition, &found.planes);
+    let covered = Covered::by(input, &roofs);
+    let ground = ground_height(input, &covered.pixels).unwrap_or(base);
+    let base = ground.min(lowest_roof(partition, planes) - LOWEST_EAVE).max(base);
+    let levels = lods::build(partition, planes, base, &params.tolerances);
+    let ridge = ridge_height(partition, planes);
     let area: f64 = roofs.iter().map(|r| r.0.area()).sum();
     let mut model = BuildingModel {
         lods: levels.lods,
@@ -57,30 +75,46 @@ pub fn model(input: &BuildingInput, params: &Params) -> Result<BuildingModel, St
         reason: levels.reason,
         area,
         height: ridge - base,
-        rmse: fit.rmse,
+        rmse: covered.rmse,
         roofs,
+        pixels: covered.pixels,
     };
-    model.attributes = attributes(&model, &found.partition, &found.planes, base, &fit, params);
-    Ok(model)
+    model.attributes = attributes(&model, partition, planes, base, covered.seen, params);
+    model
 }
 
-/// Height of the ground at the building: the lowest terrain along and inside the mask, without the lowest 2 %.
-fn ground_height(input: &BuildingInput) -> Option<f64> {
-    let inside = input.terrain.values().iter().zip(input.mask.values()).filter(|&(z, &m)| m && z.is_finite());
+/// A roof stands at least so far above the underside, metres.
+pub(crate) const LOWEST_EAVE: f64 = 0.5;
+
+/// Height of the ground at a building: the lowest terrain on its pixels, without the lowest 2 %.
+fn ground_height(input: &BuildingInput, pixels: &Raster<bool>) -> Option<f64> {
+    let window = pixels.window();
+    let terrain = input.terrain.crop(window, f32::NAN);
+    let inside = terrain.values().iter().zip(pixels.values()).filter(|&(z, &m)| m && z.is_finite());
     let mut heights: Vec<f32> = inside.map(|(&z, _)| z).collect();
     heights.sort_by(f32::total_cmp);
     heights.get(heights.len() / 50).map(|&z| f64::from(z))
 }
 
-fn ridge_height(partition: &Partition, planes: &[Plane]) -> f64 {
-    let height = |e: &crate::partition::Edge| planes[e.region].height(partition.vertices[e.from as usize]);
-    partition.edges.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
+fn roof_heights(partition: &Partition, planes: &[Plane]) -> impl Iterator<Item = f64> {
+    partition.edges.iter().map(|e| planes[e.region].height(partition.vertices[e.from as usize]))
 }
 
-/// How the roof fits the sampled surface.
-struct Fit {
+fn ridge_height(partition: &Partition, planes: &[Plane]) -> f64 {
+    roof_heights(partition, planes).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn lowest_roof(partition: &Partition, planes: &[Plane]) -> f64 {
+    roof_heights(partition, planes).fold(f64::INFINITY, f64::min)
+}
+
+/// What a roof covers, and how it fits the sampled surface there.
+struct Covered {
+    /// Pixels of the mask under the roof, on the smallest window.
+    pixels: Raster<bool>,
+    /// See [`BuildingModel::rmse`].
     rmse: f64,
-    /// Share of the footprint with a sampled surface.
+    /// Share of what the roof covers with a sampled surface.
     seen: f64,
 }
 
@@ -88,12 +122,15 @@ struct Fit {
 /// roof to the ground, whatever the model.
 const EDGE: f64 = 0.6;
 
-impl Fit {
-    fn of(input: &BuildingInput, roofs: &[(Polygon, Plane)]) -> Self {
-        let window = input.window();
+impl Covered {
+    fn by(input: &BuildingInput, roofs: &[(Polygon, Plane)]) -> Self {
+        let step = input.window().step;
+        let bounds = Box2::of(roofs.iter().flat_map(|(p, _)| [p.bounds().min, p.bounds().max]));
+        let window = GridWindow::covering(bounds, step).intersection(&input.window());
+        let (height, mask) = (input.height.crop(window, f32::NAN), input.mask.crop(window, false));
         let mut roof = Raster::filled(window, f64::NAN);
         for (polygon, plane) in roofs {
-            let area = GridWindow::covering(polygon.bounds(), window.step).intersection(&window);
+            let area = GridWindow::covering(polygon.bounds(), step).intersection(&window);
             for y in 0..area.height {
                 for x in 0..area.width {
                     let at = area.centre(x, y);
@@ -103,15 +140,17 @@ impl Fit {
                 }
             }
         }
-        let reach = (EDGE / window.step).ceil() as i64;
+        let reach = (EDGE / step).ceil() as i64;
         let covered = |x: i64, y: i64| {
             let inside = x >= 0 && y >= 0 && x < window.width as i64 && y < window.height as i64;
             inside && roof[(x as usize, y as usize)].is_finite()
         };
         let (mut squares, mut inner, mut seen, mut count) = (0.0, 0usize, 0usize, 0usize);
+        let mut pixels = Raster::filled(window, false);
         for (p, top) in roof.values().iter().enumerate().filter(|(_, top)| top.is_finite()) {
             let (x, y) = ((p % window.width) as i64, (p / window.width) as i64);
-            let z = f64::from(input.height.values()[p]);
+            let z = f64::from(height.values()[p]);
+            pixels.values_mut()[p] = mask.values()[p];
             count += 1;
             if !z.is_finite() {
                 continue;
@@ -122,7 +161,7 @@ impl Fit {
                 squares += (z - top).powi(2);
             }
         }
-        Self { rmse: (squares / inner.max(1) as f64).sqrt(), seen: seen as f64 / count.max(1) as f64 }
+        Self { pixels, rmse: (squares / inner.max(1) as f64).sqrt(), seen: seen as f64 / count.max(1) as f64 }
     }
 }
 
@@ -131,7 +170,7 @@ fn attributes(
     partition: &Partition,
     planes: &[Plane],
     base: f64,
-    fit: &Fit,
+    seen: f64,
     params: &Params,
 ) -> Attributes {
     let number = |v: f64, digits: i32| Value::Number(round(v, digits));
@@ -153,8 +192,8 @@ fn attributes(
     put("footprint_area_m2", number(model.area, 2));
     put("volume_m3", number(volume, 2));
     put("roof_type", Value::Text(RoofType::of(&weighted).name().to_owned()));
-    put("rmse_m", number(fit.rmse, 3));
-    put("completeness", number(fit.seen, 3));
+    put("rmse_m", number(model.rmse, 3));
+    put("completeness", number(seen, 3));
     put("method", Value::Text(params.method.name().to_owned()));
     out
 }

@@ -31,6 +31,9 @@ pub struct Params {
     pub beta: f64,
     /// The same for the published method, where data is summed over pixels.
     pub beta_pixel: f64,
+    /// A step in the roof of at least this height may be a party wall between two buildings; 0 leaves what hangs together
+    /// one building.
+    pub party_wall_step: f64,
     /// Least height of a roof above the ground.
     pub min_height: f64,
     /// What passes as valid.
@@ -74,6 +77,7 @@ impl Default for Params {
             superstructure_area: 16.0,
             beta: 0.4,
             beta_pixel: 10.0,
+            party_wall_step: 0.5,
             min_height: 2.0,
             tolerances: Tolerances::default(),
         }

@@ -56,7 +56,9 @@ fn in_box(p: DVec2, w: f64, h: f64) -> bool {
 }
 
 fn made(input: &BuildingInput) -> BuildingModel {
-    let model = model(input, &Params::default()).unwrap();
+    let mut models = model(input, &Params::default()).unwrap();
+    assert_eq!(models.len(), 1);
+    let model = models.remove(0);
     assert_eq!(model.reason, None);
     for shell in model.lods.lod2.iter().chain(&model.lods.lod1) {
         assert!(validate_solid(shell, &Params::default().tolerances).is_empty());

@@ -8,6 +8,7 @@
 use crate::collapse::short_edges;
 use crate::gable::{Reconstruction, SHORTEST};
 use crate::input::BuildingInput;
+use crate::model::LOWEST_EAVE;
 use crate::params::Params;
 use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use gable_arrangement::{Arrangement, Extension, Options, extend};
@@ -42,7 +43,7 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
     let (partition, regions) = dissolve(&arrangement, &faces);
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();
-    let (partition, planes) = clip_to_ground(partition, planes, base + 0.5);
+    let (partition, planes) = clip_to_ground(partition, planes, base + LOWEST_EAVE);
     let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
     if planes.is_empty() {
         return Err("no face of the arrangement lies in the building".to_owned());

@@ -1,6 +1,7 @@
 //! Names of buildings, after the place where they stand.
 
 use gable_geometry::{DVec2, DVec3, Frame};
+use gable_ortho::Raster;
 use std::collections::BTreeMap;
 
 /// An identifier for each centroid (local metres): the world coordinates in whole metres, as in `b-84512-446120`, so
@@ -12,8 +13,7 @@ pub fn building_ids(centroids: &[DVec2], frame: &Frame) -> Vec<String> {
     centroids
         .iter()
         .map(|&c| {
-            let world = frame.to_world(DVec3::new(c.x, c.y, 0.0));
-            let name = format!("b{}{}", signed(world.x.floor()), signed(world.y.floor()));
+            let name = name(square(c, frame));
             let n = taken.entry(name.clone()).or_insert(0);
             *n += 1;
             if *n == 1 { name } else { format!("{name}.{n}") }
@@ -21,9 +21,43 @@ pub fn building_ids(centroids: &[DVec2], frame: &Frame) -> Vec<String> {
         .collect()
 }
 
+/// The identifier of a building that a larger mask is divided into: the square metre nearest to the centroid of its pixels
+/// of those that it fills, so that no other building has the same one. `None` if it fills none. O(pixels).
+#[must_use]
+pub fn part_id(pixels: &Raster<bool>, frame: &Frame) -> Option<String> {
+    let inner = pixels.window();
+    // A square at the border of the window is only full if what lies beyond is, too.
+    let window = inner.grown((1.0 / inner.step).ceil() as usize);
+    let pixels = pixels.crop(window, false);
+    let centre = |p: usize| window.centre(p % window.width, p / window.width);
+    let (mut sum, mut count) = (DVec2::ZERO, 0.0);
+    let mut squares: BTreeMap<[i64; 2], bool> = BTreeMap::new();
+    for (p, &inside) in pixels.values().iter().enumerate() {
+        let at = centre(p);
+        if inside {
+            sum += at;
+            count += 1.0;
+        }
+        *squares.entry(square(at, frame)).or_insert(true) &= inside;
+    }
+    let middle = frame.to_world((sum / f64::max(count, 1.0)).extend(0.0)).truncate();
+    let distance = |s: &[i64; 2]| DVec2::new(s[0] as f64 + 0.5, s[1] as f64 + 0.5).distance_squared(middle);
+    let full = squares.into_iter().filter(|(_, full)| *full).map(|(square, _)| square);
+    full.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(name)
+}
+
+/// The whole metres of the world in which a place lies.
+fn square(at: DVec2, frame: &Frame) -> [i64; 2] {
+    let world = frame.to_world(DVec3::new(at.x, at.y, 0.0));
+    [world.x.floor() as i64, world.y.floor() as i64]
+}
+
+fn name([x, y]: [i64; 2]) -> String {
+    format!("b{}{}", signed(x), signed(y))
+}
+
 /// `-12` for 12 and `-m12` for −12: a sign that cannot be taken for a separator.
-fn signed(value: f64) -> String {
-    let value = value as i64;
+fn signed(value: i64) -> String {
     if value < 0 { format!("-m{}", -value) } else { format!("-{value}") }
 }
 
@@ -31,11 +65,27 @@ fn signed(value: f64) -> String {
 mod tests {
     use super::*;
     use gable_geometry::{Crs, dvec2};
+    use gable_ortho::GridWindow;
 
     #[test]
     fn names_are_places_and_unique() {
         let frame = Frame { origin: [84_000.0, 446_000.0, 0.0], crs: Crs::Epsg(7415) };
         let ids = building_ids(&[dvec2(512.3, 120.9), dvec2(512.9, 120.1), dvec2(-85_000.5, 3.0)], &frame);
         assert_eq!(ids, ["b-84512-446120", "b-84512-446120.2", "b-m1001-446003"]);
+    }
+
+    #[test]
+    fn a_part_is_named_after_a_square_that_it_fills() {
+        let frame = Frame { origin: [100.0, 200.0, 0.0], crs: Crs::Epsg(7415) };
+        let window = GridWindow { step: 0.2, x0: 0, y0: 0, width: 50, height: 50 };
+        let of = |inside: &dyn Fn(DVec2) -> bool| {
+            let pixels = (0..2500).map(|p| inside(window.centre(p % 50, p / 50))).collect();
+            part_id(&Raster::new(window, pixels), &frame)
+        };
+        // The centroid of an angle lies in its inner corner, outside.
+        assert_eq!(of(&|p| p.x < 2.0 || p.y < 2.0).unwrap(), "b-101-201");
+        assert_eq!(of(&|p| p.x >= 2.0 && p.y >= 2.0).unwrap(), "b-106-206");
+        assert_eq!(of(&|p| p.x > 4.3 && p.x < 5.9), None, "it is nowhere as wide as a square");
+        assert_eq!(of(&|_| true).unwrap(), "b-104-204");
     }
 }

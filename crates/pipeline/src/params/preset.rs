@@ -32,6 +32,7 @@ pub const PRESETS: &[Preset] = &[
             ("modeling.method", "zhu2018"),
             ("modeling.collinear", "0.5"),
             ("modeling.beta_pixel", "10"),
+            ("modeling.party_wall_step", "0"),
         ],
     },
     Preset {

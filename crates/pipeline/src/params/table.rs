@@ -192,6 +192,8 @@ parameters! {
         beta: f64 = gable_modeling::Params::default().beta, "m³/m", within(0.0, 1000.0);
         /// The same for the method zhu2018, where data is summed over pixels and not over area.
         beta_pixel: f64 = gable_modeling::Params::default().beta_pixel, "m/m", within(0.0, 100_000.0);
+        /// A step in the roof of at least this height may be a party wall between two buildings; 0 leaves what hangs together whole.
+        party_wall_step: f64 = gable_modeling::Params::default().party_wall_step, "m", within(0.0, 100.0);
     }
     /// What is written.
     output: OutputParams {

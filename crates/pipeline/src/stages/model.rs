@@ -15,14 +15,16 @@ use gable_geometry::{Box2, DVec3, Frame};
 use gable_modeling::{BuildingInput, BuildingModel};
 use gable_ortho::{GridWindow, Orthograph, Raster, steep_facets};
 use gable_segmentation::{Label, Terrain};
-use gable_stitching::TileComponents;
+use gable_stitching::{TileComponents, part_id};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A building of a tile, written or not, with its record.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Modelled {
+    /// The task that it came from: what hangs together.
+    pub(crate) task: String,
     pub(crate) building: Building,
     pub(crate) record: BuildingRecord,
     /// Roof surfaces for the pictures: outer rings in local metres, with the number of the plane.
@@ -82,7 +84,7 @@ pub(crate) fn model(
         .into_par_iter()
         .map(|((iy, ix), tasks)| {
             let path = context.workspace.path(&model_file(ix, iy));
-            if artefact::whole_json::<Vec<Modelled>>(&path)?.is_some_and(|made| made.len() == tasks.len()) {
+            if artefact::whole_json::<Vec<Modelled>>(&path)?.is_some_and(|made| is_of(&made, &tasks)) {
                 tasks.iter().for_each(|t| context.observer.done(Stage::Model, &t.id));
                 return Ok(Tile { ix, iy, path });
             }
@@ -94,6 +96,12 @@ pub(crate) fn model(
         .collect()
 }
 
+/// Whether what was modelled is that of these tasks.
+fn is_of(made: &[Modelled], tasks: &[&Task]) -> bool {
+    let made: BTreeSet<&str> = made.iter().map(|m| m.task.as_str()).collect();
+    made == tasks.iter().map(|t| t.id.as_str()).collect()
+}
+
 impl Modeller<'_> {
     /// The models of the buildings that a tile owns, each with what else has to be known of it.
     pub(crate) fn tile(
@@ -103,7 +111,7 @@ impl Modeller<'_> {
         tasks: &[(&Task, Option<String>)],
     ) -> Result<Vec<Modelled>, PipelineError> {
         let step = context.params.sampling.step;
-        tasks
+        let made: Vec<Vec<Modelled>> = tasks
             .par_iter()
             .map(|(task, note)| {
                 context.check_cancelled()?;
@@ -114,13 +122,18 @@ impl Modeller<'_> {
                     other => other?,
                 };
                 context.observer.done(Stage::Model, &task.id);
-                Ok(record(task, made, tile, self.blocks.frame(), step, note.clone()))
+                let record = |made| record(task, made, tile, self.blocks.frame(), step, note.clone());
+                Ok(match made {
+                    Err(reason) => vec![record(Err(reason))],
+                    Ok(models) => models.into_iter().map(|model| record(Ok(model))).collect(),
+                })
             })
-            .collect()
+            .collect::<Result<_, PipelineError>>()?;
+        Ok(made.into_iter().flatten().collect())
     }
 
-    /// One building: a model, or the reason why there is none.
-    fn one(&self, context: &Context<'_>, task: &Task) -> Result<Result<BuildingModel, String>, PipelineError> {
+    /// The buildings of one task, or the reason why there is none.
+    fn one(&self, context: &Context<'_>, task: &Task) -> Result<Result<Vec<BuildingModel>, String>, PipelineError> {
         let inner = task.window(context.params.sampling.step);
         let window = seen_by(inner);
         let maps = prepare::read(self.ortho, window)?;
@@ -161,7 +174,12 @@ impl Modeller<'_> {
             height: maps.height,
             facets: if published { facets(self.blocks, window)? } else { Vec::new() },
         };
-        Ok(gable_modeling::model(&input, &params(context)))
+        let mut params = params(context);
+        if task.footprint.is_some() {
+            // A known footprint is one building.
+            params.party_wall_step = 0.0;
+        }
+        Ok(gable_modeling::model(&input, &params))
     }
 }
 
@@ -225,11 +243,13 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
         superstructure_area: given.superstructure_area,
         beta: given.beta,
         beta_pixel: given.beta_pixel,
+        party_wall_step: given.party_wall_step,
         min_height: context.params.segmentation.min_height,
         tolerances: Tolerances { snap: valid.snap, planarity: valid.planarity, normals_deg: valid.normals },
     }
 }
 
+/// A building as it is written and as it is reported.
 fn record(
     task: &Task,
     made: Result<BuildingModel, String>,
@@ -238,14 +258,19 @@ fn record(
     step: f64,
     note: Option<String>,
 ) -> Modelled {
-    let bounds = task.window(step).bounds();
+    let window = made.as_ref().map_or_else(|_| task.window(step), |model| model.pixels.window());
+    let bounds = window.bounds();
     let [ox, oy, _] = frame.origin;
-    let bbox = [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy];
-    let mut building = Building { id: task.id.clone(), attributes: BTreeMap::new(), lods: Default::default() };
+    let id = match &made {
+        Ok(model) if task.footprint.is_none() => part_id(&model.pixels, frame),
+        _ => None,
+    };
+    let id = id.unwrap_or_else(|| task.id.clone());
+    let mut building = Building { id: id.clone(), attributes: BTreeMap::new(), lods: Default::default() };
     let mut record = BuildingRecord {
-        id: task.id.clone(),
+        id,
         tile,
-        bbox,
+        bbox: [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy],
         lod: Lod::None,
         reason: None,
         note,
@@ -287,5 +312,5 @@ fn record(
             roofs = model.roofs.iter().map(|(p, _)| p.outer.iter().map(|v| v.to_array()).collect()).collect();
         }
     }
-    Modelled { building, record, roofs }
+    Modelled { task: task.id.clone(), building, record, roofs }
 }

@@ -1,0 +1,229 @@
+//! Divides what hangs together into buildings.
+//!
+//! A connected mask is a row of houses, or two blocks with an alley between them that no mesh shows. Zhu 2018 models it
+//! as one building. Here a step in the roof is taken for a party wall where it can be one: roofs that meet along a ridge, a
+//! hip or a valley stay together, and so do the parts that no house could be, such as a lift head on a flat roof or the
+//! strips of a saw-tooth hall. Houses of one height under one roof cannot be told apart.
+
+use crate::partition::{Partition, Region};
+use gable_geometry::{DisjointSets, Plane};
+use std::collections::BTreeMap;
+
+/// Roofs belong together if they meet along at least this share of their common border.
+const MEETS: f64 = 0.4;
+
+/// What meets along less than this, against the square root of the smaller roof's area, is joined by a neck: by a crown
+/// between two houses, or by an archway.
+const NECK: f64 = 0.5;
+
+/// A smaller part is an annexe of its neighbour, m².
+const SMALLEST: f64 = 30.0;
+
+/// A house is bounded by open air along at least this share of its outline.
+const OUTSIDE: f64 = 0.1;
+
+/// The longest party wall, against the square root of the smaller house's area: a house is at most five times as deep
+/// as it is wide.
+const LONGEST: f64 = 2.3;
+
+/// The regions of each building, in the order of their first region. Roofs whose heights differ by less than `step`
+/// metres meet. O(edges · log + parts²).
+pub(crate) fn buildings(partition: &Partition, planes: &[Plane], step: f64) -> Vec<Vec<Region>> {
+    let borders = Borders::of(partition, planes, step);
+    let areas = partition.areas();
+    let mut sets = DisjointSets::new(partition.regions);
+    for (&(a, b), border) in &borders.between {
+        let meets = border.meeting >= MEETS * border.length;
+        if meets && border.meeting >= NECK * areas[a].min(areas[b]).sqrt() {
+            sets.join(a, b);
+        }
+    }
+    while let Some((a, b)) = first_that_belong(&borders, &areas, &mut sets) {
+        sets.join(a, b);
+    }
+    sets.sets()
+}
+
+/// A border between two regions, metres.
+#[derive(Clone, Copy, Default)]
+struct Border {
+    length: f64,
+    /// Of that, where the roofs meet.
+    meeting: f64,
+}
+
+struct Borders {
+    /// By the smaller and the larger region.
+    between: BTreeMap<(Region, Region), Border>,
+    /// Length of each region's border with the ground.
+    outside: Vec<f64>,
+}
+
+impl Borders {
+    fn of(partition: &Partition, planes: &[Plane], step: f64) -> Self {
+        let index = partition.index();
+        let mut out = Self { between: BTreeMap::new(), outside: vec![0.0; partition.regions] };
+        for (i, e) in partition.edges.iter().enumerate() {
+            let (a, b) = (partition.vertices[e.from as usize], partition.vertices[e.to as usize]);
+            let length = a.distance(b);
+            let Some(&twin) = index.get(&(e.to, e.from)) else {
+                out.outside[e.region] += length;
+                continue;
+            };
+            let other = partition.edges[twin].region;
+            if twin < i || other == e.region {
+                continue;
+            }
+            let (p, q) = (planes[e.region], planes[other]);
+            let border = out.between.entry((e.region.min(other), e.region.max(other))).or_default();
+            border.length += length;
+            border.meeting += length * share_below(p.height(a) - q.height(a), p.height(b) - q.height(b), step);
+        }
+        out
+    }
+}
+
+/// The share of the way from `a` to `b` on which the absolute value is below `limit`.
+fn share_below(a: f64, b: f64, limit: f64) -> f64 {
+    if a == b {
+        return if a.abs() < limit { 1.0 } else { 0.0 };
+    }
+    let (low, high) = (a.min(b), a.max(b));
+    ((high.min(limit) - low.max(-limit)) / (high - low)).max(0.0)
+}
+
+/// A part of what hangs together.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    area: f64,
+    outside: f64,
+    inside: f64,
+}
+
+/// The two parts that most need to be joined, as one region of each; `None` if each can be a building.
+///
+/// First comes the smallest part that can be none, with the neighbour along most of its border; then the border that
+/// is longest for a party wall.
+fn first_that_belong(borders: &Borders, areas: &[f64], sets: &mut DisjointSets) -> Option<(Region, Region)> {
+    let mut parts: BTreeMap<Region, Part> = BTreeMap::new();
+    for (region, &area) in areas.iter().enumerate() {
+        let part = parts.entry(sets.find(region)).or_default();
+        part.area += area;
+        part.outside += borders.outside[region];
+    }
+    let mut between: BTreeMap<(Region, Region), f64> = BTreeMap::new();
+    for (&(a, b), border) in &borders.between {
+        let (a, b) = (sets.find(a), sets.find(b));
+        if a != b {
+            *between.entry((a.min(b), a.max(b))).or_default() += border.length;
+            for part in [a, b] {
+                parts.entry(part).or_default().inside += border.length;
+            }
+        }
+    }
+    let none = |p: &Part| p.area < SMALLEST || p.outside < OUTSIDE * (p.outside + p.inside);
+    let annexe = parts
+        .iter()
+        .filter(|(_, p)| p.inside > 0.0 && none(p))
+        .min_by(|a, b| a.1.area.total_cmp(&b.1.area).then(a.0.cmp(b.0)));
+    if let Some((&annexe, _)) = annexe {
+        let shared = between.iter().filter(|((a, b), _)| *a == annexe || *b == annexe);
+        return shared.max_by(|s, t| s.1.total_cmp(t.1).then(t.0.cmp(s.0))).map(|(pair, _)| *pair);
+    }
+    let ratio = |pair: &(Region, Region), length: f64| length / parts[&pair.0].area.min(parts[&pair.1].area).sqrt();
+    let (pair, worst) = between
+        .iter()
+        .map(|(pair, &length)| (*pair, ratio(pair, length)))
+        .max_by(|s, t| s.1.total_cmp(&t.1).then(t.0.cmp(&s.0)))?;
+    (worst > LONGEST).then_some(pair)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::partition::tests::pair;
+    use gable_geometry::{DVec2, dvec2};
+
+    /// Rectangles side by side along x, each 10 m deep, as wide as given.
+    fn row(widths: &[f64]) -> Partition {
+        let mut x = 0.0;
+        let mut vertices = vec![dvec2(0.0, 0.0), dvec2(0.0, 10.0)];
+        let mut rings = Vec::new();
+        for (i, width) in widths.iter().enumerate() {
+            x += width;
+            let n = vertices.len() as u32;
+            vertices.extend([dvec2(x, 0.0), dvec2(x, 10.0)]);
+            rings.push((i, vec![n - 2, n, n + 1, n - 1]));
+        }
+        Partition::from_rings(vertices, &rings)
+    }
+
+    fn flat(heights: &[f64]) -> Vec<Plane> {
+        heights.iter().map(|&z| Plane::horizontal(z)).collect()
+    }
+
+    #[test]
+    fn a_row_of_houses_is_divided_at_its_steps() {
+        let p = row(&[6.0, 6.0, 6.0, 6.0]);
+        assert_eq!(buildings(&p, &flat(&[5.0, 6.0, 6.2, 7.0]), 0.5), [vec![0], vec![1, 2], vec![3]]);
+        assert_eq!(buildings(&p, &flat(&[5.0, 6.0, 6.2, 7.0]), 2.0), [vec![0, 1, 2, 3]]);
+    }
+
+    #[test]
+    fn the_sides_of_a_roof_stay_together() {
+        let planes = [Plane { a: 0.5, b: 0.0, c: 3.0 }, Plane { a: -0.5, b: 0.0, c: 7.0 }];
+        assert_eq!(buildings(&pair(), &planes, 0.5), [vec![0, 1]]);
+    }
+
+    #[test]
+    fn roofs_that_cross_at_the_wall_are_two() {
+        // Along the wall between them, y from 0 to 10, the difference runs from −2 to 2.
+        let planes = [Plane { a: 0.0, b: 0.4, c: 5.0 }, Plane { a: 0.0, b: 0.0, c: 7.0 }];
+        assert_eq!(buildings(&row(&[6.0, 6.0]), &planes, 0.5), [vec![0], vec![1]]);
+    }
+
+    #[test]
+    fn a_neck_joins_no_houses() {
+        // Two squares of 10 m and between them a neck 2 m wide, all of one height.
+        let xy = [
+            [0.0, 0.0],
+            [10.0, 0.0],
+            [10.0, 4.0],
+            [12.0, 4.0],
+            [12.0, 0.0],
+            [22.0, 0.0],
+            [22.0, 10.0],
+            [12.0, 10.0],
+            [12.0, 6.0],
+            [10.0, 6.0],
+            [10.0, 10.0],
+            [0.0, 10.0],
+        ];
+        let vertices = xy.map(DVec2::from_array).to_vec();
+        let rings = [(0, vec![0, 1, 2, 9, 10, 11]), (1, vec![2, 3, 8, 9]), (2, vec![3, 4, 5, 6, 7, 8])];
+        let p = Partition::from_rings(vertices, &rings);
+        assert_eq!(buildings(&p, &flat(&[5.0, 5.0, 5.0]), 0.5).len(), 2);
+    }
+
+    #[test]
+    fn a_small_annexe_belongs_to_its_house() {
+        assert_eq!(buildings(&row(&[8.0, 2.0]), &flat(&[6.0, 3.0]), 0.5), [vec![0, 1]]);
+    }
+
+    #[test]
+    fn the_strips_of_a_hall_stay_together() {
+        // 1.5 m wide and 10 m deep, forty times as large: the strips of a saw-tooth roof.
+        let mut p = row(&[1.5; 6]);
+        p.vertices.iter_mut().for_each(|v| *v *= 6.0);
+        assert_eq!(buildings(&p, &flat(&[5.0, 7.0, 5.0, 7.0, 5.0, 7.0]), 0.5).len(), 1);
+    }
+
+    #[test]
+    fn what_stands_on_a_roof_is_no_house() {
+        let square = |lo: f64, hi: f64| [dvec2(lo, lo), dvec2(hi, lo), dvec2(hi, hi), dvec2(lo, hi)];
+        let vertices = [square(0.0, 30.0), square(10.0, 20.0)].concat();
+        let rings = [(0, vec![0, 1, 2, 3]), (0, vec![7, 6, 5, 4]), (1, vec![4, 5, 6, 7])];
+        let p = Partition::from_rings(vertices, &rings);
+        assert_eq!(buildings(&p, &flat(&[9.0, 13.0]), 0.5), [vec![0, 1]]);
+    }
+}
