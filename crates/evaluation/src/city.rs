@@ -1,8 +1,9 @@
 //! A city model made ready for measuring: footprints, triangles, connected blocks.
 
+use crate::height_raster::HeightRaster;
 use crate::region::{Region, Ring};
 use crate::tree::{Bounds, Tree};
-use gable_city_model::{Building, CityModel, Semantic, Shell, triangulate};
+use gable_city_model::{Building, CityModel, Semantic, Shell, Terrain, triangulate};
 use gable_geometry::{Box2, DVec2, DVec3, point_segment_distance};
 use rayon::prelude::*;
 
@@ -11,6 +12,12 @@ const TOUCHING: f64 = 0.1;
 
 /// How far outside a wall a point is taken to see whether the wall is between two buildings, metres.
 const OUTSIDE: f64 = 0.05;
+
+/// Lattice on which the ground is known, metres.
+const GROUND_STEP: f64 = 1.0;
+
+/// A wall is under the ground where it lies further than this below the terrain, metres.
+const BURIED: f64 = 0.3;
 
 /// A triangle of a building's LOD2 (LOD1 if it has no LOD2).
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +87,14 @@ fn footprint(building: &Building, shift: DVec3) -> Region {
     choices.iter().map(|choice| choice()).find(|region| !region.is_empty()).unwrap_or_default()
 }
 
+/// The terrain as heights; `shift` is added to its coordinates.
+fn ground(terrain: &Terrain, shift: DVec3) -> HeightRaster {
+    let bounds = Box2::of(terrain.vertices.iter().map(|&p| (p + shift).truncate()));
+    let mut raster = HeightRaster::covering(bounds, GROUND_STEP);
+    raster.draw_terrain(terrain, shift);
+    raster
+}
+
 /// The faces of shells seen from above.
 pub(crate) fn region(shells: &[Shell], shift: DVec3, keep: impl Fn(Semantic) -> bool) -> Region {
     let mut polygons = Vec::new();
@@ -116,6 +131,8 @@ pub(crate) struct City<'a> {
     /// Triangles of all roofs with their objects, and a tree over them.
     roofs: Vec<([DVec3; 3], u32)>,
     roof_tree: Tree,
+    /// The model's terrain, if it has one.
+    ground: Option<HeightRaster>,
 }
 
 impl<'a> City<'a> {
@@ -127,7 +144,8 @@ impl<'a> City<'a> {
         let roofs: Vec<([DVec3; 3], u32)> = objects.iter().enumerate().flat_map(of_object).collect();
         let roof_boxes: Vec<Bounds> = roofs.iter().map(|r| Bounds::of(r.0)).collect();
         let (tree, roof_tree) = (Tree::new(&boxes), Tree::new(&roof_boxes));
-        let mut city = Self { objects, blocks: Vec::new(), tree, roofs, roof_tree };
+        let ground = model.terrain.as_ref().map(|terrain| ground(terrain, shift));
+        let mut city = Self { objects, blocks: Vec::new(), tree, roofs, roof_tree, ground };
         city.blocks = city.connected();
         city
     }
@@ -162,10 +180,14 @@ impl<'a> City<'a> {
     }
 
     /// Whether a surface sample is on the outside of the city: no roof of any building hangs over a point just in front of
-    /// it that is inside that building's footprint. Walls between two houses, which no camera sees, are not.
+    /// it that is inside that building's footprint, and it is not under the terrain. Walls between two houses, and what of
+    /// a wall stands in a slope, which no camera sees, are not.
     pub(crate) fn is_outside(&self, position: DVec3, normal: DVec3) -> bool {
         let p = position + normal * OUTSIDE;
         let at = p.truncate();
+        if self.ground.as_ref().and_then(|g| g.at(at)).is_some_and(|z| p.z < z - BURIED) {
+            return false;
+        }
         let above = Bounds { low: p, high: at.extend(f64::INFINITY) };
         !self.roof_tree.any(&above, |k| {
             let (corners, object) = self.roofs[k];

@@ -19,8 +19,8 @@ const ON_ROOF: f64 = 1.0;
 const FACING_UP: f64 = 0.5;
 
 /// Distances by direction, metres: from points spread over the first surface by area (option `density`, always the same for a
-/// seed) to the nearest point of the second. Roofs and walls count; undersides, and walls between two buildings of the same
-/// model, which no camera sees, do not. Distances over 10 m count as 10 m.
+/// seed) to the nearest point of the second. Roofs and walls count; undersides, walls between two buildings of the same
+/// model, and what of a wall lies under that model's terrain, which no camera sees, do not. Distances over 10 m count as 10 m.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Distances {
     /// From all buildings of the truth to the model.

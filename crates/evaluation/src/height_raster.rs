@@ -1,6 +1,7 @@
 //! The highest of a set of triangles above each pixel of a window.
 
-use gable_geometry::{Box2, DVec3, dvec2};
+use gable_city_model::Terrain;
+use gable_geometry::{Box2, DVec2, DVec3, dvec2};
 
 /// No triangle.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -36,6 +37,24 @@ impl HeightRaster {
             z: vec![f64::NEG_INFINITY; width * height],
             tag: vec![NONE; width * height],
         }
+    }
+
+    /// Draws the triangles of a terrain; `shift` is added to its coordinates.
+    pub(crate) fn draw_terrain(&mut self, terrain: &Terrain, shift: DVec3) {
+        for triangle in &terrain.triangles {
+            let corner = |i: u32| terrain.vertices.get(i as usize).copied();
+            if let [Some(a), Some(b), Some(c)] = triangle.map(corner) {
+                self.draw([a, b, c].map(|p| p + shift), 0);
+            }
+        }
+    }
+
+    /// Height of the pixel that holds a place, if a triangle covers it.
+    pub(crate) fn at(&self, p: DVec2) -> Option<f64> {
+        let cell = (p / self.step).floor() - dvec2(self.x0 as f64, self.y0 as f64);
+        let inside = cell.x >= 0.0 && cell.y >= 0.0 && cell.x < self.width as f64 && cell.y < self.height as f64;
+        let at = if inside { cell.y as usize * self.width + cell.x as usize } else { return None };
+        (self.tag[at] != NONE).then_some(self.z[at])
     }
 
     /// Draws a triangle; vertical ones leave nothing.

@@ -28,12 +28,7 @@ pub(crate) fn terrain(truth: &CityModel, result: &CityModel, city: &City<'_>, sh
     let shared = Box2 { min: a.min.max(b.min), max: a.max.min(b.max) };
     let draw = |terrain: &Terrain, shift: DVec3| {
         let mut raster = HeightRaster::covering(shared, STEP);
-        for triangle in &terrain.triangles {
-            let corner = |i: u32| terrain.vertices.get(i as usize).copied();
-            if let [Some(a), Some(b), Some(c)] = triangle.map(corner) {
-                raster.draw([a, b, c].map(|p| p + shift), 0);
-            }
-        }
+        raster.draw_terrain(terrain, shift);
         raster
     };
     let (ours, theirs) = (draw(ours, DVec3::ZERO), draw(theirs, shift));

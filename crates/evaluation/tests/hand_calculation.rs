@@ -4,7 +4,7 @@ mod made;
 
 use proptest::prelude::*;
 
-use gable_city_model::{CityModel, Shell, triangulate};
+use gable_city_model::{CityModel, Shell, Terrain, triangulate};
 use gable_evaluation::{
     Detection, Evaluation, Inputs, LabelRasters, Options, agreement, evaluate, html_report, inspect,
 };
@@ -236,6 +236,19 @@ fn walls_between_houses_are_not_sampled() {
     // Of a wall between 6 m and 8 m the upper 2 m are outside: 200 + 6·30 + 8·30 + 2·10.
     let step = city(vec![house("left", 0., 0., 10., 10., 6.), house("right", 10., 0., 10., 10., 8.)]);
     near(judge(&step, &step).distances.truth_to_model.count as f64, 64_000.0, 100.0);
+}
+
+#[test]
+fn walls_under_the_ground_are_not_sampled() {
+    let mut truth = city(vec![house("cellar", 0., 0., 10., 10., 6.)]);
+    let corner = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+    truth.terrain = Some(Terrain {
+        id: "ground".to_owned(),
+        vertices: vec![corner(-9., -9.), corner(19., -9.), corner(19., 19.), corner(-9., 19.)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    });
+    // 100 m² of roof and 40 m of walls, of which the lower 2 m − 0.3 m stand in the ground.
+    near(judge(&truth, &truth).distances.truth_to_model.count as f64, 100.0 * (100.0 + 40.0 * 4.3), 100.0);
 }
 
 fn triangles(solid: &Shell) -> Vec<[DVec3; 3]> {
