@@ -12,6 +12,7 @@
 use crate::collapse::short_edges;
 use crate::creases::{Crease, creases};
 use crate::eaves;
+use crate::facades;
 use crate::faces::{Weights, assign};
 use crate::input::BuildingInput;
 use crate::model::LOWEST_EAVE;
@@ -206,6 +207,13 @@ fn walls(
             segment.b += across;
             segment.weight *= 0.5 + share;
         }
+        if is_outer(segment, surface)
+            && let Some(shift) = facades::offset(segment, &input.walls)
+        {
+            let across = segment.vector().normalize_or_zero().perp() * shift;
+            segment.a += across;
+            segment.b += across;
+        }
     }
     if params.collinear <= 0.0 {
         return found;
@@ -219,6 +227,21 @@ fn walls(
 /// Walls on both sides of a gap, too far apart to be merged, come to lie on one line; so do those that no facade
 /// direction takes. The published angle of 15° would turn walls that are meant to be oblique.
 const ALIGNMENT: LocalGraphParams = LocalGraphParams { distance: 0.3, angle: 0.03, max_drift: 0.35, radius: 30.0 };
+
+/// Whether a wall has nothing of the building to its right, along most of its length.
+fn is_outer(segment: &LineSegment, surface: &Raster<u16>) -> bool {
+    let Some(unit) = segment.vector().try_normalize() else { return false };
+    let beyond = -BEYOND * unit.perp();
+    let count = (segment.length() / surface.window().step).ceil().max(1.0);
+    let outside = (0..count as usize).filter(|&i| {
+        let at = segment.a + segment.vector() * ((i as f64 + 0.5) / count) + beyond;
+        surface.at(at).is_none_or(|&label| label == NONE)
+    });
+    outside.count() as f64 > 0.5 * count
+}
+
+/// How far beyond a wall its other side is looked at, metres.
+const BEYOND: f64 = 0.6;
 
 /// Whether a border segment is a wall or a step down: the label to its right lies outside or is a lower plane. (Seen
 /// from the lower plane, the same step is a segment of the higher one.)

@@ -4,6 +4,7 @@ mod collapse;
 mod creases;
 mod eaves;
 mod extrude;
+mod facades;
 mod faces;
 mod gable;
 mod input;
