@@ -27,18 +27,12 @@ const OUTSIDE: f64 = 0.1;
 const LONGEST: f64 = 2.3;
 
 /// The regions of each building, in the order of their first region. Roofs whose heights differ by less than `step`
-/// metres meet. O(edges · log + parts²).
+/// metres meet. O(regions · borders · log).
 pub(crate) fn buildings(partition: &Partition, planes: &[Plane], step: f64) -> Vec<Vec<Region>> {
     let borders = Borders::of(partition, planes, step);
     let areas = partition.areas();
     let mut sets = DisjointSets::new(partition.regions);
-    for (&(a, b), border) in &borders.between {
-        let meets = border.meeting >= MEETS * border.length;
-        if meets && border.meeting >= NECK * areas[a].min(areas[b]).sqrt() {
-            sets.join(a, b);
-        }
-    }
-    while let Some((a, b)) = first_that_belong(&borders, &areas, &mut sets) {
+    while let Some((a, b)) = Parts::of(&borders, &areas, &mut sets).that_belong() {
         sets.join(a, b);
     }
     sets.sets()
@@ -92,7 +86,7 @@ fn share_below(a: f64, b: f64, limit: f64) -> f64 {
     ((high.min(limit) - low.max(-limit)) / (high - low)).max(0.0)
 }
 
-/// A part of what hangs together.
+/// A part of what hangs together, metres and m².
 #[derive(Clone, Copy, Default)]
 struct Part {
     area: f64,
@@ -100,42 +94,67 @@ struct Part {
     inside: f64,
 }
 
-/// The two parts that most need to be joined, as one region of each; `None` if each can be a building.
-///
-/// First comes the smallest part that can be none, with the neighbour along most of its border; then the border that
-/// is longest for a party wall.
-fn first_that_belong(borders: &Borders, areas: &[f64], sets: &mut DisjointSets) -> Option<(Region, Region)> {
-    let mut parts: BTreeMap<Region, Part> = BTreeMap::new();
-    for (region, &area) in areas.iter().enumerate() {
-        let part = parts.entry(sets.find(region)).or_default();
-        part.area += area;
-        part.outside += borders.outside[region];
+impl Part {
+    fn can_be_a_building(&self) -> bool {
+        self.area >= SMALLEST && self.outside >= OUTSIDE * (self.outside + self.inside)
     }
-    let mut between: BTreeMap<(Region, Region), f64> = BTreeMap::new();
-    for (&(a, b), border) in &borders.between {
-        let (a, b) = (sets.find(a), sets.find(b));
-        if a != b {
-            *between.entry((a.min(b), a.max(b))).or_default() += border.length;
-            for part in [a, b] {
-                parts.entry(part).or_default().inside += border.length;
+}
+
+/// The parts that have been joined so far, each by one of its regions.
+struct Parts {
+    parts: BTreeMap<Region, Part>,
+    between: BTreeMap<(Region, Region), Border>,
+}
+
+impl Parts {
+    fn of(borders: &Borders, areas: &[f64], sets: &mut DisjointSets) -> Self {
+        let mut parts: BTreeMap<Region, Part> = BTreeMap::new();
+        for (region, &area) in areas.iter().enumerate() {
+            let part = parts.entry(sets.find(region)).or_default();
+            part.area += area;
+            part.outside += borders.outside[region];
+        }
+        let mut between: BTreeMap<(Region, Region), Border> = BTreeMap::new();
+        for (&(a, b), border) in &borders.between {
+            let (a, b) = (sets.find(a), sets.find(b));
+            if a != b {
+                let sum = between.entry((a.min(b), a.max(b))).or_default();
+                sum.length += border.length;
+                sum.meeting += border.meeting;
+                for part in [a, b] {
+                    parts.entry(part).or_default().inside += border.length;
+                }
             }
         }
+        Self { parts, between }
     }
-    let none = |p: &Part| p.area < SMALLEST || p.outside < OUTSIDE * (p.outside + p.inside);
-    let annexe = parts
-        .iter()
-        .filter(|(_, p)| p.inside > 0.0 && none(p))
-        .min_by(|a, b| a.1.area.total_cmp(&b.1.area).then(a.0.cmp(b.0)));
-    if let Some((&annexe, _)) = annexe {
-        let shared = between.iter().filter(|((a, b), _)| *a == annexe || *b == annexe);
-        return shared.max_by(|s, t| s.1.total_cmp(t.1).then(t.0.cmp(s.0))).map(|(pair, _)| *pair);
+
+    /// The two parts that most need to be joined; `None` if each can be a building. First come those whose roofs meet
+    /// along most of their width, then the smallest part that can be no building with the neighbour along most of its
+    /// border, then the border that is longest for a party wall.
+    fn that_belong(&self) -> Option<(Region, Region)> {
+        let width = |(a, b): &(Region, Region)| self.parts[a].area.min(self.parts[b].area).sqrt();
+        let most = |measure: &dyn Fn(&(Region, Region), &Border) -> f64| {
+            let measured = self.between.iter().map(|(pair, border)| (*pair, measure(pair, border)));
+            measured.max_by(|s, t| s.1.total_cmp(&t.1).then(t.0.cmp(&s.0)))
+        };
+        let meeting = |pair: &(Region, Region), border: &Border| {
+            if border.meeting >= MEETS * border.length { border.meeting / width(pair) } else { 0.0 }
+        };
+        if let Some((pair, _)) = most(&meeting).filter(|m| m.1 >= NECK) {
+            return Some(pair);
+        }
+        let annexe = self
+            .parts
+            .iter()
+            .filter(|(_, p)| p.inside > 0.0 && !p.can_be_a_building())
+            .min_by(|a, b| a.1.area.total_cmp(&b.1.area).then(a.0.cmp(b.0)));
+        if let Some((&annexe, _)) = annexe {
+            let own = |(a, b): &(Region, Region)| *a == annexe || *b == annexe;
+            return most(&|pair, border| if own(pair) { border.length } else { -1.0 }).map(|(pair, _)| pair);
+        }
+        most(&|pair, border| border.length / width(pair)).filter(|m| m.1 > LONGEST).map(|(pair, _)| pair)
     }
-    let ratio = |pair: &(Region, Region), length: f64| length / parts[&pair.0].area.min(parts[&pair.1].area).sqrt();
-    let (pair, worst) = between
-        .iter()
-        .map(|(pair, &length)| (*pair, ratio(pair, length)))
-        .max_by(|s, t| s.1.total_cmp(&t.1).then(t.0.cmp(&s.0)))?;
-    (worst > LONGEST).then_some(pair)
 }
 
 #[cfg(test)]
