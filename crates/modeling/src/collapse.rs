@@ -142,11 +142,8 @@ impl Net {
     /// The partition without the edges that are gone.
     fn finish(mut self) -> Partition {
         let mut number = vec![usize::MAX; self.gone.len()];
-        let mut count = 0;
-        for (number, _) in number.iter_mut().zip(&self.gone).filter(|(_, gone)| !**gone) {
-            *number = count;
-            count += 1;
-        }
+        let stay = (0..self.gone.len()).filter(|&i| !self.gone[i]);
+        stay.enumerate().for_each(|(count, i)| number[i] = count);
         let follow = |mut e: usize| {
             while self.gone[e] {
                 e = self.part.edges[e].next;
