@@ -83,9 +83,9 @@ mod tests {
             part_id(&Raster::new(window, pixels), &frame)
         };
         // The centroid of an angle lies in its inner corner, outside.
-        assert_eq!(of(&|p| p.x < 2.0 || p.y < 2.0).unwrap(), "b-101-201");
-        assert_eq!(of(&|p| p.x >= 2.0 && p.y >= 2.0).unwrap(), "b-106-206");
+        assert_eq!(of(&|p| p.x < 2.0 || p.y < 1.0).unwrap(), "b-101-203");
+        assert_eq!(of(&|p| p.x >= 3.0 && p.y >= 3.0).unwrap(), "b-106-206");
         assert_eq!(of(&|p| p.x > 4.3 && p.x < 5.9), None, "it is nowhere as wide as a square");
-        assert_eq!(of(&|_| true).unwrap(), "b-104-204");
+        assert_eq!(of(&|p| p.x < 9.0 && p.y < 9.0).unwrap(), "b-104-204");
     }
 }
