@@ -6,7 +6,7 @@
 //! strips of a saw-tooth hall. Houses of one height under one roof cannot be told apart.
 
 use crate::partition::{Partition, Region};
-use gable_geometry::{DisjointSets, Plane};
+use gable_geometry::{DVec2, DisjointSets, Plane};
 use std::collections::BTreeMap;
 
 /// Roofs belong together if they meet along at least this share of their common border.
@@ -35,7 +35,34 @@ pub(crate) fn buildings(partition: &Partition, planes: &[Plane], step: f64) -> V
     while let Some((a, b)) = Parts::of(&borders, &areas, &mut sets).that_belong() {
         sets.join(a, b);
     }
-    sets.sets()
+    with_specks(partition, &areas, sets.sets())
+}
+
+/// Gives parts that touch nothing and are too small for a building to the nearest one that is not; if all are small, they
+/// are one building together.
+fn with_specks(partition: &Partition, areas: &[f64], parts: Vec<Vec<Region>>) -> Vec<Vec<Region>> {
+    let area = |regions: &Vec<Region>| regions.iter().map(|&r| areas[r]).sum::<f64>();
+    let (mut large, specks): (Vec<Vec<Region>>, Vec<_>) = parts.into_iter().partition(|p| area(p) >= SMALLEST);
+    if large.is_empty() {
+        return vec![(0..partition.regions).collect()];
+    }
+    let corners = |regions: &Vec<Region>| -> Vec<DVec2> {
+        let own = partition.edges.iter().filter(|e| regions.contains(&e.region));
+        own.map(|e| partition.vertices[e.from as usize]).collect()
+    };
+    let places: Vec<Vec<DVec2>> = large.iter().map(corners).collect();
+    for speck in specks {
+        let ends = corners(&speck);
+        let distance = |place: &Vec<DVec2>| {
+            let squared = |a: &DVec2| ends.iter().map(|b| a.distance_squared(*b)).fold(f64::INFINITY, f64::min);
+            place.iter().map(squared).fold(f64::INFINITY, f64::min)
+        };
+        let nearest = (0..places.len()).min_by(|&i, &j| distance(&places[i]).total_cmp(&distance(&places[j])));
+        large[nearest.unwrap_or(0)].extend(speck);
+    }
+    large.iter_mut().for_each(|regions| regions.sort_unstable());
+    large.sort();
+    large
 }
 
 /// A border between two regions, metres.
@@ -161,7 +188,7 @@ impl Parts {
 mod tests {
     use super::*;
     use crate::partition::tests::pair;
-    use gable_geometry::{DVec2, dvec2};
+    use gable_geometry::dvec2;
 
     /// Rectangles side by side along x, each 10 m deep, as wide as given.
     fn row(widths: &[f64]) -> Partition {
@@ -235,6 +262,19 @@ mod tests {
         let mut p = row(&[1.5; 6]);
         p.vertices.iter_mut().for_each(|v| *v *= 6.0);
         assert_eq!(buildings(&p, &flat(&[5.0, 7.0, 5.0, 7.0, 5.0, 7.0]), 0.5).len(), 1);
+    }
+
+    #[test]
+    fn a_speck_belongs_to_the_nearest_house() {
+        let square = |x: f64, size: f64| [dvec2(x, 0.0), dvec2(x + size, 0.0), dvec2(x + size, size), dvec2(x, size)];
+        let vertices = [square(0.0, 8.0), square(30.0, 8.0), square(28.0, 0.5), square(10.0, 0.5)].concat();
+        let rings = (0..4u32).map(|i| (i as usize, (4 * i..4 * i + 4).collect())).collect::<Vec<_>>();
+        let p = Partition::from_rings(vertices, &rings);
+        let heights = flat(&[5.0; 4]);
+        assert_eq!(buildings(&p, &heights, 0.5), [vec![0, 3], vec![1, 2]]);
+        let mut small = p.clone();
+        small.vertices.iter_mut().for_each(|v| *v *= 0.5);
+        assert_eq!(buildings(&small, &heights, 0.5), [vec![0, 1, 2, 3]]);
     }
 
     #[test]

@@ -122,14 +122,28 @@ impl Modeller<'_> {
                     other => other?,
                 };
                 context.observer.done(Stage::Model, &task.id);
-                let record = |made| record(task, made, tile, self.blocks.frame(), step, note.clone());
+                let record = |id, made| record(task, id, made, tile, self.blocks.frame(), step, note.clone());
                 Ok(match made {
-                    Err(reason) => vec![record(Err(reason))],
-                    Ok(models) => models.into_iter().map(|model| record(Ok(model))).collect(),
+                    Err(reason) => vec![record(task.id.clone(), Err(reason))],
+                    Ok(models) => {
+                        let ids = self.ids(task, &models);
+                        models.into_iter().zip(ids).map(|(model, id)| record(id, Ok(model))).collect()
+                    }
                 })
             })
             .collect::<Result<_, PipelineError>>()?;
         Ok(made.into_iter().flatten().collect())
+    }
+
+    /// Identifiers of the buildings of a task: after a square metre that each fills. Those that are too narrow for that, and
+    /// those whose footprint was given, are named after the task.
+    fn ids(&self, task: &Task, models: &[BuildingModel]) -> Vec<String> {
+        let id = |(n, model): (usize, &BuildingModel)| match part_id(&model.pixels, self.blocks.frame()) {
+            Some(id) if task.footprint.is_none() => id,
+            _ if models.len() == 1 => task.id.clone(),
+            _ => format!("{}-{}", task.id, n + 1),
+        };
+        models.iter().enumerate().map(id).collect()
     }
 
     /// The buildings of one task, or the reason why there is none.
@@ -252,6 +266,7 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
 /// A building as it is written and as it is reported.
 fn record(
     task: &Task,
+    id: String,
     made: Result<BuildingModel, String>,
     tile: [u32; 2],
     frame: &Frame,
@@ -261,11 +276,6 @@ fn record(
     let window = made.as_ref().map_or_else(|_| task.window(step), |model| model.pixels.window());
     let bounds = window.bounds();
     let [ox, oy, _] = frame.origin;
-    let id = match &made {
-        Ok(model) if task.footprint.is_none() => part_id(&model.pixels, frame),
-        _ => None,
-    };
-    let id = id.unwrap_or_else(|| task.id.clone());
     let mut building = Building { id: id.clone(), attributes: BTreeMap::new(), lods: Default::default() };
     let mut record = BuildingRecord {
         id,
