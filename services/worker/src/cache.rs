@@ -3,20 +3,28 @@
 use crate::WorkerError;
 use gable_job_store::{BlobId, Blobs, JobStoreError};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::SystemTime;
 
+/// Looking through the folder takes as long as there are files in it, so it waits until this part of what may stay was added:
+/// the workers that share a folder may together exceed the limit by as much each.
+const UNSEEN: u64 = 64;
+
 /// Blobs that were fetched or made here. Files in it are complete, named by their hash, and never changed.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Cache {
     folder: PathBuf,
     /// Bytes that may stay.
     most: u64,
+    /// Bytes that were added since the folder was last looked through.
+    added: AtomicU64,
 }
 
 impl Cache {
     pub(crate) fn open(folder: &Path, most: u64) -> Result<Self, WorkerError> {
         std::fs::create_dir_all(folder).map_err(|source| WorkerError::Folder { path: folder.to_owned(), source })?;
-        Ok(Self { folder: folder.to_owned(), most })
+        // What is there already is looked through with the first that is added.
+        Ok(Self { folder: folder.to_owned(), most, added: AtomicU64::new(most) })
     }
 
     fn place(&self, id: BlobId) -> PathBuf {
@@ -40,7 +48,7 @@ impl Cache {
                 Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
                     let file = tempfile::NamedTempFile::new_in(&self.folder).map_err(wrong)?;
                     blobs.fetch(id, file.path()).await?;
-                    read_only(file.path()).map_err(wrong)?;
+                    self.add(read_only(file.path()).map_err(wrong)?);
                     file.persist(&kept).map_err(|e| wrong(e.error))?;
                 }
                 Err(e) => return Err(wrong(e)),
@@ -52,15 +60,27 @@ impl Cache {
     /// Keeps a file that a task made, whose content will not change any more: linked, so that it costs no disk.
     pub(crate) async fn keep(&self, id: BlobId, file: &Path) -> Result<(), JobStoreError> {
         let wrong = |source| JobStoreError::File { path: file.to_owned(), source };
-        read_only(file).map_err(wrong)?;
+        let bytes = read_only(file).map_err(wrong)?;
         match tokio::fs::hard_link(file, self.place(id)).await {
-            Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => Err(wrong(e)),
-            _ => Ok(()),
+            Ok(()) => {
+                self.add(bytes);
+                Ok(())
+            }
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Ok(()),
+            Err(e) => Err(wrong(e)),
         }
     }
 
-    /// Removes what was not used for longest until the rest is within the limit.
+    fn add(&self, bytes: u64) {
+        self.added.fetch_add(bytes, Ordering::Relaxed);
+    }
+
+    /// Removes what was not used for longest until the rest is within the limit, if enough was added since the last time.
     pub(crate) fn tidy(&self) {
+        if self.added.load(Ordering::Relaxed) <= self.most / UNSEEN {
+            return;
+        }
+        self.added.store(0, Ordering::Relaxed);
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
         let mut files: Vec<(SystemTime, PathBuf, u64)> = entries
             .flatten()
@@ -82,10 +102,13 @@ impl Cache {
     }
 }
 
-fn read_only(file: &Path) -> Result<(), std::io::Error> {
-    let mut permissions = std::fs::metadata(file)?.permissions();
+/// Makes a file read-only; gives its size.
+fn read_only(file: &Path) -> Result<u64, std::io::Error> {
+    let about = std::fs::metadata(file)?;
+    let mut permissions = about.permissions();
     permissions.set_readonly(true);
-    std::fs::set_permissions(file, permissions)
+    std::fs::set_permissions(file, permissions)?;
+    Ok(about.len())
 }
 
 /// Notes that a file was used. Failing is harmless: it may leave the cache earlier.
@@ -98,6 +121,29 @@ fn touch(path: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[tokio::test]
+    async fn the_folder_is_looked_through_when_enough_was_added() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let blobs = Blobs::in_folder(&folder.path().join("store")).expect("opens");
+        let open = |most: u64| Cache::open(&folder.path().join("cache"), most).expect("opens");
+        let cache = open(6400);
+        // Ten of 1000 bytes: looked through after the first, and then after each, for each is more than a hundred bytes.
+        let fill = async |cache: &Cache, bytes: usize, numbers: std::ops::Range<u8>| {
+            for n in numbers {
+                let id = blobs.put(vec![n; bytes]).await.expect("put");
+                cache.lay(&blobs, id, &folder.path().join(format!("task/{bytes}/{n}"))).await.expect("laid");
+                cache.tidy();
+            }
+            std::fs::read_dir(folder.path().join("cache")).expect("there").count()
+        };
+        assert_eq!(fill(&cache, 1000, 0..10).await, 6);
+        // Of 40 bytes, every third is too much.
+        assert_eq!(fill(&cache, 40, 0..2).await, 8, "no look yet");
+        assert_eq!(fill(&cache, 40, 2..11).await, 6 + 11, "6,440 bytes are not looked at");
+        assert_eq!(fill(&cache, 40, 11..12).await, 5 + 12);
+        assert_eq!(fill(&open(10), 1, 0..1).await, 1, "a new worker looks with the first");
+    }
 
     #[tokio::test]
     async fn contents_are_fetched_once_and_the_oldest_leave() {
