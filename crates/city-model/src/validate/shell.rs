@@ -35,12 +35,12 @@ pub(super) fn check(snapped: &Snapped, tolerances: &Tolerances) -> Result<Vec<(u
     if !issues.is_empty() {
         return Err(issues);
     }
-    let issues = connectivity(snapped, &sides);
+    let all: Vec<_> =
+        per_face.into_iter().enumerate().flat_map(|(f, own)| own.into_iter().map(move |t| (f, t))).collect();
+    let issues = connectivity(snapped, &sides, &all);
     if !issues.is_empty() {
         return Err(issues);
     }
-    let all: Vec<_> =
-        per_face.into_iter().enumerate().flat_map(|(f, own)| own.into_iter().map(move |t| (f, t))).collect();
     if let Some((i, j)) = triangles::first_intersection(&snapped.points, &all) {
         let (f, g) = (all[i].0, all[j].0);
         let place = Snapped::place(snapped.points[all[i].1[0] as usize]);
@@ -89,8 +89,13 @@ fn edges(snapped: &Snapped, sides: &BTreeMap<(u32, u32), Vec<Side>>) -> Vec<Issu
     issues
 }
 
-/// 305, then 303: every vertex must have one fan of faces around it.
-fn connectivity(snapped: &Snapped, sides: &BTreeMap<(u32, u32), Vec<Side>>) -> Vec<Issue> {
+/// 305, then 303: every vertex must have one fan of triangles around it. (Rings do not tell: where a hole touches its outer
+/// ring, the corners of a face at that vertex belong to two rings each.)
+fn connectivity(
+    snapped: &Snapped,
+    sides: &BTreeMap<(u32, u32), Vec<Side>>,
+    triangles: &[(usize, [u32; 3])],
+) -> Vec<Issue> {
     let mut parent: Vec<usize> = (0..snapped.faces.len()).collect();
     for uses in sides.values() {
         let (a, b) = (root(&mut parent, uses[0].1), root(&mut parent, uses[1].1));
@@ -101,13 +106,9 @@ fn connectivity(snapped: &Snapped, sides: &BTreeMap<(u32, u32), Vec<Side>>) -> V
         let message = format!("the shell has {components} parts that no edge connects");
         return vec![Issue::new(Code::MultipleComponents, None, message)];
     }
-    // At a vertex, corners of faces link the edges before and after it; each circle of links is a fan.
-    let mut links: Vec<(u32, u32, u32, usize)> = Vec::new();
-    for (f, ring) in snapped.faces.iter().enumerate().flat_map(|(f, rings)| rings.iter().map(move |ring| (f, ring))) {
-        for k in 0..ring.len() {
-            links.push((ring[k], ring[(k + ring.len() - 1) % ring.len()], ring[(k + 1) % ring.len()], f));
-        }
-    }
+    // At a vertex, corners of triangles link the edges before and after it; each circle of links is a fan.
+    let mut links: Vec<(u32, u32, u32, usize)> =
+        triangles.iter().flat_map(|&(f, [a, b, c])| [(a, c, b, f), (b, a, c, f), (c, b, a, f)]).collect();
     links.sort_unstable();
     let mut issues = Vec::new();
     for corners in links.chunk_by(|a, b| a.0 == b.0) {

@@ -272,3 +272,31 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn holes_of_one_roof_that_touch() {
+    // On a flat roof, a box and a pit under a tilted lid share the corner (2, 2): all of one fan, but of two rings.
+    let at = |corners: &[(i32, i32, f64)]| -> Vec<DVec3> {
+        corners.iter().map(|&(x, y, z)| FAR + dvec3(f64::from(x), f64::from(y), z)).collect()
+    };
+    let mut shell = cuboid(FAR, FAR + dvec3(4.0, 4.0, 1.0));
+    let first = shell.vertices.len() as u32;
+    shell.vertices.extend(at(&[(1, 1, 1.0), (2, 1, 1.0), (2, 2, 1.0), (1, 2, 1.0)]));
+    shell.vertices.extend(at(&[(1, 1, 2.0), (2, 1, 2.0), (2, 2, 2.0), (1, 2, 2.0)]));
+    shell.vertices.extend(at(&[(3, 2, 1.0), (3, 3, 1.0), (3, 2, 0.5), (3, 3, 0.5)]));
+    let ring = |corners: &[u32]| corners.iter().map(|i| first + i).collect::<Vec<u32>>();
+    let roof = shell.faces.iter().position(|f| f.semantic == Semantic::RoofSurface).expect("a roof");
+    shell.faces[roof].rings.extend([ring(&[0, 3, 2, 1]), ring(&[2, 9, 8])]);
+    for wall in [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7], [8, 9, 11, 10]] {
+        shell.faces.push(face(&[&ring(&wall)], Semantic::WallSurface));
+    }
+    for wall in [[2, 10, 11], [2, 8, 10], [9, 2, 11]] {
+        shell.faces.push(face(&[&ring(&wall)], Semantic::WallSurface));
+    }
+    assert_eq!(solid(&shell), FINE);
+    // So it is with a ramp that rises from the corner.
+    let mut ramp = shell.clone();
+    ramp.vertices[first as usize + 10].z = FAR.z + 1.5;
+    ramp.vertices[first as usize + 11].z = FAR.z + 1.5;
+    assert_eq!(solid(&ramp), FINE);
+}
