@@ -5,7 +5,7 @@ use super::primitive::Primitive;
 use super::relief::Relief;
 use super::solid::{block, outline, shell_volume, solid};
 use gable_city_model::{Attributes, Building, Lods, Semantic, Shell, Value};
-use gable_geometry::{Box2, DVec2, Plane, Polygon, ring_area};
+use gable_geometry::{Box2, DVec2, DVec3, Plane, Polygon, ring_area};
 
 /// What a roof is covered with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +110,7 @@ impl SceneBuilding {
         let lods = lods(&envelope, base)?;
         let lod2 = lods.lod2.first()?;
         let roof = roof_faces(lod2);
-        let lowest = roof_vertices(lod2).fold(f64::INFINITY, f64::min);
+        let lowest = roof_vertices(lod2).map(|v| v.z).fold(f64::INFINITY, f64::min);
         if lowest < base + 1.0 || roof.is_empty() {
             return None;
         }
@@ -158,7 +158,7 @@ fn lods(envelope: &Envelope, base: f64) -> Option<Lods> {
         .map(|r| ring_area(&r.iter().map(|&n| envelope.nodes[n]).collect::<Vec<_>>()))
         .sum();
     let mean = base + shell_volume(&lod2) / area;
-    let eave = roof_vertices(&lod2).fold(f64::INFINITY, f64::min);
+    let eave = roof_vertices(&lod2).map(|v| v.z).fold(f64::INFINITY, f64::min);
     Some(Lods {
         footprint: Some(footprint),
         roof_edge: outline(envelope, eave, Semantic::RoofSurface),
@@ -168,14 +168,14 @@ fn lods(envelope: &Envelope, base: f64) -> Option<Lods> {
 }
 
 /// Heights of the corners of roof faces.
-pub(crate) fn roof_vertices(shell: &Shell) -> impl Iterator<Item = f64> + '_ {
+pub(crate) fn roof_vertices(shell: &Shell) -> impl Iterator<Item = DVec3> + '_ {
     let roofs = shell.faces.iter().filter(|f| f.semantic == Semantic::RoofSurface);
-    roofs.flat_map(|f| f.rings.iter().flatten()).map(|&v| shell.vertices[v as usize].z)
+    roofs.flat_map(|f| f.rings.iter().flatten()).map(|&v| shell.vertices[v as usize])
 }
 
 pub(crate) fn attributes(kind: &str, lod2: &Shell, base: f64) -> Attributes {
-    let eave = roof_vertices(lod2).fold(f64::INFINITY, f64::min);
-    let ridge = roof_vertices(lod2).fold(f64::NEG_INFINITY, f64::max);
+    let eave = roof_vertices(lod2).map(|v| v.z).fold(f64::INFINITY, f64::min);
+    let ridge = roof_vertices(lod2).map(|v| v.z).fold(f64::NEG_INFINITY, f64::max);
     Attributes::from([
         ("roof_type".to_owned(), Value::Text(kind.to_owned())),
         ("ground_height_m".to_owned(), Value::Number(base)),

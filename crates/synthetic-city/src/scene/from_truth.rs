@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::builder::Builder;
-use super::building::{RoofFace, SceneBuilding, attributes, roof_faces};
+use super::building::{RoofFace, SceneBuilding, attributes, roof_faces, roof_vertices};
 use super::cover_map::{CoverMap, Placement};
 use super::details::{details, style};
 use super::surroundings::surroundings;
@@ -85,19 +85,27 @@ impl Copy {
     }
 }
 
+/// A roof that is at least as high as this over its own ground stays so over a slope, metres.
+const CLEARANCE: f64 = 2.2;
+
 fn place(builder: &mut Builder, building: &Building, id: String, copy: &Copy, centre: DVec2, c: &mut Counter) {
     let shells = &building.lods.lod2;
     let low = shells.iter().flat_map(|s| &s.vertices).map(|v| v.z).fold(f64::INFINITY, f64::min);
-    let eave = shells.iter().flat_map(super::building::roof_vertices).fold(f64::INFINITY, f64::min);
+    let eave = shells.iter().flat_map(roof_vertices).map(|v| v.z).fold(f64::INFINITY, f64::min);
     let plan = Box2::of(shells.iter().flat_map(|s| &s.vertices).map(|v| copy.apply(*v, centre).truncate()));
     let corners = [plan.min, plan.max, dvec2(plan.min.x, plan.max.y), dvec2(plan.max.x, plan.min.y)];
     let ground = corners.iter().map(|p| builder.relief.height(*p)).fold(f64::INFINITY, f64::min);
     let ground = (ground * 1e3).floor() / 1e3;
-    // Walls grow as the ground falls; roofs keep their height over the middle of the plan.
+    // Walls grow as the ground falls; roofs keep their height over the middle of the plan, but none is dug in where the ground
+    // rises: a long hall on a slope stands on the upper end.
     let lift = builder.relief.height((plan.min + plan.max) / 2.0) - low;
-    let height = |z: f64| {
-        if (z - low).abs() < 1e-6 { ground } else { lift + z + (z - eave).max(0.0) * (copy.steepness - 1.0) }
-    };
+    let steep = |z: f64| z + (z - eave).max(0.0) * (copy.steepness - 1.0);
+    let sunk = shells.iter().flat_map(roof_vertices).filter(|v| v.z - low > 1e-6).map(|v| {
+        let free = (v.z - low).min(CLEARANCE);
+        builder.relief.height(copy.apply(v, centre).truncate()) + free - (lift + steep(v.z))
+    });
+    let lift = lift + sunk.fold(0.0, f64::max);
+    let height = |z: f64| if (z - low).abs() < 1e-6 { ground } else { lift + steep(z) };
     let move_all = |list: &[Shell]| list.iter().map(|s| copy.shell(s, centre, &height)).collect::<Vec<_>>();
     let flat = |shell: &Option<Shell>| shell.as_ref().map(|s| copy.shell(s, centre, &height));
     let lods = Lods {
@@ -118,4 +126,45 @@ fn place(builder: &mut Builder, building: &Building, id: String, copy: &Copy, ce
     let made = SceneBuilding::from_truth(truth, ground, roof, look, c.bits());
     details(&made, c, &mut builder.clutter);
     builder.buildings.push(made);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_city_model::{Face, Semantic};
+
+    /// A box with its corner at the origin.
+    fn hall(length: f64, height: f64) -> Building {
+        let plan = [dvec2(0.0, 0.0), dvec2(length, 0.0), dvec2(length, 20.0), dvec2(0.0, 20.0)];
+        let vertices = [0.0, height].iter().flat_map(|&z| plan.map(|p| p.extend(z))).collect();
+        let face =
+            |ring: [u32; 4], semantic| Face { rings: vec![ring.to_vec()], semantic, attributes: Default::default() };
+        let mut faces = vec![face([0, 3, 2, 1], Semantic::GroundSurface), face([4, 5, 6, 7], Semantic::RoofSurface)];
+        faces.extend((0..4).map(|i| face([i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4], Semantic::WallSurface)));
+        let lods = Lods { lod2: vec![Shell { vertices, faces }], ..Lods::default() };
+        Building { id: format!("{length}"), attributes: Default::default(), lods }
+    }
+
+    #[test]
+    fn no_roof_is_dug_into_a_slope() {
+        let buildings = vec![hall(200.0, 5.0), hall(10.0, 5.0), hall(150.0, 1.0)];
+        let model = CityModel {
+            title: String::new(),
+            origin: [0.0; 3],
+            crs: gable_geometry::Crs::Unknown,
+            buildings,
+            terrain: None,
+        };
+        for slope in [0.0, 0.05, 0.15] {
+            let scene = scene(&model, 1, 3, slope).expect("a scene");
+            let free = |b: &SceneBuilding| {
+                let roofs = b.truth.lods.lod2.iter().flat_map(roof_vertices);
+                roofs.map(|v| v.z - scene.relief.height(v.truncate())).fold(f64::INFINITY, f64::min)
+            };
+            let found: Vec<f64> = scene.buildings.iter().map(free).collect();
+            assert!(found[0] > CLEARANCE - 1e-6 && found[2] > 1.0 - 1e-6, "{slope}: {found:?}");
+            // A small one stands as it stood.
+            assert!(found[1] > 3.0, "{slope}: {found:?}");
+        }
+    }
 }
