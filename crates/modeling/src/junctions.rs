@@ -147,11 +147,14 @@ fn find(
     }
     let mut levels: Vec<f64> = around.iter().map(|s| s.height).collect();
     levels.sort_by(f64::total_cmp);
-    for pair in levels.windows(2) {
-        if pair[1] - pair[0] <= weld {
+    // Heights become one as when the solid is raised: from the lowest of each level on.
+    let mut from = levels[0];
+    for &level in &levels[1..] {
+        if level - from <= weld {
             continue;
         }
-        let inside = |i: usize| around[i % n].height > pair[0] + 0.5 * weld.max(0.0) && around[i % n].height >= pair[1];
+        from = level;
+        let inside = |i: usize| around[i % n].height >= level;
         let changes = (0..n).filter(|&i| inside(i) != inside(i + 1)).count();
         if changes <= 2 {
             continue;

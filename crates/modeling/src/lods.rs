@@ -64,7 +64,7 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
 const COARSER: [f64; 3] = [0.0, 0.25, 0.6];
 
 /// Most places that are mended before the whole shape is made coarser.
-const MOST_MENDS: usize = 24;
+const MOST_MENDS: usize = 100;
 
 /// One closed shell for each connected part, validated as it will be written. Where one is not valid, the shape is made
 /// coarser there; if that does not help, it is made coarser everywhere.
