@@ -158,6 +158,34 @@ fn a_house_goes_on_under_a_tree() {
 }
 
 #[test]
+fn a_long_house_goes_on_under_a_wide_crown() {
+    let house = |p: DVec2| in_box(p, 26.0, 10.0);
+    let roof = |p: DVec2| house(p).then(|| 8.0 - 0.6 * p.y.abs());
+    // Ten metres of a wall, and as much from a corner.
+    for (at, radius) in [(dvec2(0.0, 6.5), 5.3), (dvec2(8.0, 6.5), 5.6)] {
+        let model = made(&with_crown(building(1, 26.0, roof), at, radius));
+        let iou = iou(&model, house);
+        assert!(iou > 0.96, "{at}: {iou}");
+        assert_eq!(count(&model, Semantic::WallSurface), 4);
+    }
+    // Behind it, the other half of the house stands further out: as far as the inner wall all is the house's.
+    let stepped = |p: DVec2| in_box(p, 26.0, 10.0) || (p.x > 0.0 && in_box(p, 26.0, 13.0));
+    let roof = |p: DVec2| stepped(p).then_some(6.0);
+    let seen = with_crown(building(2, 26.0, roof), dvec2(0.0, 6.0), 4.0);
+    let before = seen.mask.values().iter().filter(|&&m| m).count();
+    let whole = crate::gable::completed(&seen).expect("something is hidden");
+    let turned = DVec2::from_angle(-20f64.to_radians());
+    let added: Vec<DVec2> = (0..whole.mask.values().len())
+        .filter(|&p| whole.mask.values()[p] && !seen.mask.values()[p])
+        .map(|p| turned.rotate(whole.window().centre(p % whole.window().width, p / whole.window().width)))
+        .collect();
+    assert!(added.len() > before / 20 && added.iter().all(|p| p.y < 5.3), "{}", added.len());
+    // A yard with a tree in it.
+    let yard = |p: DVec2| (in_box(p, 26.0, 14.0) && !(p.x.abs() < 4.0 && p.y > -2.0)).then_some(6.0);
+    assert!(crate::gable::completed(&with_crown(building(3, 26.0, yard), dvec2(0.0, 2.5), 5.6)).is_none());
+}
+
+#[test]
 fn nothing_is_made_up_under_a_tree() {
     let house = |p: DVec2| in_box(p, 14.0, 9.0);
     let roof = |p: DVec2| house(p).then(|| 8.0 - 0.6 * p.y.abs());

@@ -14,6 +14,9 @@ const SHORTEST_RUN: f64 = 1.0;
 /// Beside leaves the outline is rounded and decides nothing, metres.
 const ROUNDED: f64 = 0.6;
 
+/// How many times as far beyond leaves a wall along a facade direction is looked for.
+const TRIES: u32 = 5;
+
 /// Least length of a wall that may go on under leaves, metres.
 const WALL: f64 = 2.0;
 
@@ -26,12 +29,22 @@ const CORNER_OFF: f64 = 0.35;
 /// How far apart two walls may be to be one behind leaves, metres.
 const SAME_WALL: f64 = 0.6;
 
+/// Up to this, metres, one of two parallel walls goes on behind leaves to a jog: the inner one, for nobody knows where the jog is.
+const JOG: f64 = 3.0;
+
 /// Least sine of the angle in which walls make a corner (45°), and the largest for one wall (10°).
 const CORNER: f64 = 0.7;
 const PARALLEL: f64 = 0.17;
 
-/// How far a wall may go on behind leaves, metres.
-const EXTENSION: f64 = 8.0;
+/// How far a wall may go on behind leaves, metres: the width of a large crown.
+const CROWN: f64 = 14.0;
+
+/// A crown beside a wall bites as deep as half of the width of its bite at most; what is deeper is a yard with a tree in it. The
+/// second figure is what leaves add to that, metres.
+const DEEPEST: (f64, f64) = (0.5, 1.0);
+
+/// A crown over a corner reaches as far from it as along the walls, about; what is deeper is the inside of an L.
+const CORNER_DEEPEST: f64 = 1.2;
 
 /// Share of what is added that must lie under leaves.
 const LEAVES: f64 = 0.9;
@@ -53,7 +66,7 @@ pub(crate) fn complete(input: &BuildingInput, frames: &[f64]) -> Option<Building
     let mut added = false;
     for ring in trace_outline(&input.mask) {
         let contour = Contour::new(ring.points, &input.crowns);
-        for run in contour.hidden_runs() {
+        for run in contour.runs(true) {
             let Some(bite) = contour.bite(run, frames) else { continue };
             let pixels = pixels_in(&bite, &input.mask);
             let leaves = pixels.iter().filter(|&&p| input.crowns.values()[p]).count() as f64;
@@ -123,10 +136,6 @@ impl Contour {
         starts.map(|i| (i, (0..n).take_while(|k| self.hidden[(i + k) % n] == hidden).count())).collect()
     }
 
-    fn hidden_runs(&self) -> Vec<Run> {
-        self.runs(true)
-    }
-
     /// Gives runs of the other kind that are too short to mean anything to this kind.
     fn fill_short(&mut self, hidden: bool) {
         let n = self.hidden.len();
@@ -141,44 +150,72 @@ impl Contour {
     fn bite(&self, (first, count): Run, frames: &[f64]) -> Option<Vec<DVec2>> {
         let n = self.points.len();
         let last = first + count;
-        let mut walls = [self.wall(first, false)?, self.wall(last % n, true)?];
-        snap_directions(&mut walls, frames, SNAP);
-        let [a, b] = walls;
+        let (a, b) = (self.wall(first, false, frames)?, self.wall(last % n, true, frames)?);
         let (from, to) = (a.direction(), b.direction());
         // Both walls, up to the leaves.
         let foot =
             |wall: &LineSegment, p: DVec2| wall.middle() + wall.direction() * wall.direction().dot(p - wall.middle());
         let (end, start) = (foot(&a, self.points[first]), foot(&b, self.points[last % n]));
         let turn = from.perp_dot(to);
+        let hidden = |k: usize| self.points[(first + k) % n];
         let mut ring = vec![end];
         if turn >= CORNER {
             let along = (start - end).perp_dot(to) / turn;
             let corner = end + along * from;
             let back = (start - corner).dot(to);
-            if along > EXTENSION || back > EXTENSION || along < -ROUNDED || back < -ROUNDED {
+            let deepest = (0..=count).map(|k| hidden(k).distance(corner)).fold(0.0, f64::max);
+            let longest = along.max(back);
+            if longest > CROWN || along.min(back) < -ROUNDED || deepest > CORNER_DEEPEST * longest + ROUNDED {
                 return None;
             }
             ring.push(corner);
-        } else if turn.abs() > PARALLEL || from.dot(to) < 0.0 || !self.one_wall(&a, &b, end, start) {
+        } else if turn.abs() <= PARALLEL && from.dot(to) > 0.0 {
+            let gap = (start - end).dot(from);
+            let inwards = from.perp_dot(start - end);
+            if gap <= 0.0 || gap > CROWN.min(a.length() + b.length()) || inwards.abs() > JOG {
+                return None;
+            }
+            // Where the inner one of both ends, if they are not one.
+            if inwards > SAME_WALL {
+                ring.push(foot(&b, end));
+            } else if inwards < -SAME_WALL {
+                ring.push(foot(&a, start));
+            }
+            let inner = if inwards > 0.0 { start } else { end };
+            let deepest = (0..=count).map(|k| from.perp_dot(hidden(k) - inner)).fold(0.0, f64::max);
+            if deepest > DEEPEST.0 * gap + DEEPEST.1 {
+                return None;
+            }
+        } else {
             return None;
         }
         ring.push(start);
-        ring.extend((0..=count).rev().map(|k| self.points[(first + k) % n]));
+        ring.extend((0..=count).rev().map(hidden));
         Some(ring)
     }
 
-    fn one_wall(&self, a: &LineSegment, b: &LineSegment, end: DVec2, start: DVec2) -> bool {
-        let gap = (start - end).length();
-        let apart = a.direction().perp_dot(start - end).abs();
-        apart <= SAME_WALL && gap <= EXTENSION.min(a.length() + b.length()) && (start - end).dot(a.direction()) > 0.0
+    /// The wall that ends at a point, or begins there. The side of a web of leaves may be straight too, so the next wall along a
+    /// facade direction is preferred to it.
+    fn wall(&self, at: usize, forwards: bool, frames: &[f64]) -> Option<LineSegment> {
+        let found = (1..=TRIES).filter_map(|k| self.straight(at, forwards, f64::from(k) * ROUNDED));
+        let mut first = None;
+        for wall in found {
+            let mut turned = [wall];
+            snap_directions(&mut turned, frames, SNAP);
+            if turned[0] != wall {
+                return Some(turned[0]);
+            }
+            first = first.or(Some(wall));
+        }
+        first
     }
 
-    /// The straight wall that ends at a point, or begins there: as much of the seen contour as lies on one line.
-    fn wall(&self, at: usize, forwards: bool) -> Option<LineSegment> {
+    /// What lies on one line of the seen contour that ends at a point, or begins there, without the next `skipped` metres.
+    fn straight(&self, at: usize, forwards: bool, skipped: f64) -> Option<LineSegment> {
         let n = self.points.len();
         let crack = |k: usize| if forwards { (at + k) % n } else { (at + n - 1 - k % n) % n };
         let middle = |k: usize| 0.5 * (self.points[crack(k)] + self.points[(crack(k) + 1) % n]);
-        let skipped = (ROUNDED / self.step).round() as usize;
+        let skipped = (skipped / self.step).round() as usize;
         let seen = (0..n).take_while(|&k| !self.hidden[crack(k)]).count();
         let origin = self.points[at];
         let mut sums = [0.0; 6];
