@@ -21,7 +21,8 @@ pub struct Params {
     pub line_length: f64,
     /// Parallel segments closer than this become one (Zhu 2018, §5.2).
     pub collinear: f64,
-    /// Segments grow by this times their length at most before they slice the plane.
+    /// Segments grow by this times their length at most before they slice the plane: until they hit another one (default method),
+    /// or always (published method).
     pub extension: f64,
     /// Cells smaller than this join a neighbour, m².
     pub min_cell_area: f64,
