@@ -3,7 +3,8 @@
 //! CityGML 2.0 (§6.1, table of levels) sets the generalisation of LOD2 at parts of about 4 m × 4 m. Well below that,
 //! photogrammetry gives a dormer half of its pixels by chance, and whether a random box or nothing stands in the model
 //! would be luck. So they go, all of them, before any line is drawn: what is small (under 3 m × 3 m: lift heads and stair
-//! towers of 9–16 m² are in real LOD2 models, and are found), enclosed by the roof, and set off from it by steps.
+//! towers of 9–16 m² are in real LOD2 models, and are found), enclosed by the roof, and set off from it by steps. What is
+//! small and tall is a tower.
 
 use crate::surface::NONE;
 use gable_geometry::{DisjointSets, Plane};
@@ -27,14 +28,35 @@ const ENCLOSED: f64 = 0.6;
 /// Least share of that border along which it is set off by a step.
 const SET_OFF: f64 = 0.4;
 
+/// What rises higher over the roof is no superstructure but a tower or a chimney stack, metres on the mean of its steps.
+const TALL: f64 = 5.0;
+
+/// The common border of two parts.
+#[derive(Clone, Copy, Debug, Default)]
+struct Border {
+    /// Pixel edges, and those of them along which there is a step.
+    edges: usize,
+    steps: usize,
+    /// Sum of how far the first part rises over the second one along the steps, metres.
+    rise: f64,
+}
+
+impl std::ops::AddAssign for Border {
+    fn add_assign(&mut self, other: Self) {
+        self.edges += other.edges;
+        self.steps += other.steps;
+        self.rise += other.rise;
+    }
+}
+
 /// One connected set of pixels of one plane.
 struct Part {
     label: u16,
     pixels: Vec<u32>,
     /// Pixel edges at the outline.
     outer: usize,
-    /// Pixel edges, and those of them along which there is a step, by neighbouring part.
-    inner: BTreeMap<usize, (usize, usize)>,
+    /// Borders by neighbouring part.
+    inner: BTreeMap<usize, Border>,
 }
 
 /// Gives specks and superstructures of a pixel labelling to the part of the roof with the longest common border, the
@@ -83,8 +105,8 @@ pub(crate) fn remove(surface: &mut Raster<u16>, planes: &[Plane], limits: Limits
 fn clusters(parts: &[Part], small: impl Fn(&Part) -> bool) -> Vec<Vec<usize>> {
     let mut sets = DisjointSets::new(parts.len());
     for (k, part) in parts.iter().enumerate() {
-        for (&n, &(edges, steps)) in &part.inner {
-            if 2 * steps < edges && small(part) && small(&parts[n]) {
+        for (&n, border) in &part.inner {
+            if 2 * border.steps < border.edges && small(part) && small(&parts[n]) {
                 sets.join(k, n);
             }
         }
@@ -98,35 +120,37 @@ fn clusters(parts: &[Part], small: impl Fn(&Part) -> bool) -> Vec<Vec<usize>> {
 struct Candidate {
     members: Vec<usize>,
     pixels: usize,
-    /// Pixel edges at the outline, on the roof, and those of the latter along which there is a step.
+    /// Pixel edges at the outline.
     outer: usize,
-    roof: usize,
-    steps: usize,
+    /// The border on the roof.
+    roof: Border,
     /// The other part with the longest common border, the first of equals.
     heir: Option<usize>,
 }
 
 impl Candidate {
     fn of(members: Vec<usize>, parts: &[Part]) -> Self {
-        let mut shared: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        let mut shared: BTreeMap<usize, Border> = BTreeMap::new();
         let (mut pixels, mut outer) = (0, 0);
         for part in members.iter().map(|&m| &parts[m]) {
             pixels += part.pixels.len();
             outer += part.outer;
-            for (&n, &(edges, steps)) in part.inner.iter().filter(|(n, _)| !members.contains(n)) {
-                let sum = shared.entry(n).or_default();
-                *sum = (sum.0 + edges, sum.1 + steps);
+            for (&n, &border) in part.inner.iter().filter(|(n, _)| !members.contains(n)) {
+                *shared.entry(n).or_default() += border;
             }
         }
-        let (roof, steps) = shared.values().fold((0, 0), |sum, n| (sum.0 + n.0, sum.1 + n.1));
-        let heir = shared.iter().rev().max_by_key(|(_, n)| n.0).map(|(&heir, _)| heir);
-        Self { members, pixels, outer, roof, steps, heir }
+        let mut roof = Border::default();
+        shared.values().for_each(|&border| roof += border);
+        let heir = shared.iter().rev().max_by_key(|(_, border)| border.edges).map(|(&heir, _)| heir);
+        Self { members, pixels, outer, roof, heir }
     }
 
     fn is_superstructure(&self, most_pixels: f64) -> bool {
+        let Border { edges, steps, rise } = self.roof;
         (self.pixels as f64) < most_pixels
-            && self.roof as f64 >= ENCLOSED * (self.roof + self.outer) as f64
-            && self.steps as f64 >= SET_OFF * self.roof as f64
+            && edges as f64 >= ENCLOSED * (edges + self.outer) as f64
+            && steps as f64 >= SET_OFF * edges as f64
+            && rise <= TALL * steps as f64
     }
 }
 
@@ -167,9 +191,8 @@ fn parts(surface: &Raster<u16>, planes: &[Plane], step: f64) -> Vec<Part> {
                 None => part.outer += 1,
                 Some(q) if owner[q] != owner[p] => {
                     let apart = planes[labels[p] as usize].height(at) - planes[labels[q] as usize].height(at);
-                    let edges = part.inner.entry(owner[q]).or_default();
-                    edges.0 += 1;
-                    edges.1 += usize::from(apart.abs() >= step);
+                    let (steps, rise) = if apart.abs() >= step { (1, apart) } else { (0, 0.0) };
+                    *part.inner.entry(owner[q]).or_default() += Border { edges: 1, steps, rise };
                 }
                 Some(_) => {}
             }
@@ -211,6 +234,9 @@ mod tests {
         assert_eq!(left(roof(20..30, 10..25), meets), 150);
         // 4 × 4 m is a part of the building.
         assert_eq!(left(roof(20..40, 10..30), Plane::horizontal(10.0)), 400);
+        // A chimney stack of 2 × 3 m goes if it is low only.
+        assert_eq!(left(roof(20..30, 10..25), Plane::horizontal(11.0)), 0);
+        assert_eq!(left(roof(20..30, 10..25), Plane::horizontal(20.0)), 150);
         // A tower in the corner and a porch before the wall stand on walls of their own.
         assert_eq!(left(roof(1..11, 1..11), Plane::horizontal(12.0)), 100);
         let mut porch = roof(0..0, 0..0);
