@@ -53,6 +53,9 @@ const STEEPEST: f64 = 83.0;
 /// Walls within this angle of a facade direction turn to it, radians (8°).
 const SNAP: f64 = 0.14;
 
+/// How far the ends of a wall may move while it turns, metres.
+const TURNED: f64 = 0.5;
+
 /// Edges shorter than this are collapsed, metres.
 pub(crate) const SHORTEST: f64 = 0.1;
 
@@ -199,20 +202,18 @@ fn walls(
         }
     }
     found.retain(|s| s.length() >= 0.75 * params.line_length && is_step(s, surface, planes));
-    snap_directions(&mut found, frames, SNAP);
     for segment in &mut found {
+        // A long wall knows its direction better than the frame does.
+        let most = (2.0 * TURNED / segment.length()).atan();
+        snap_directions(std::slice::from_mut(segment), frames, SNAP.min(most));
         if let Some((shift, share)) = offset(segment, &input.height, Profile { reach: 1.2, step: 0.5 }) {
-            let across = segment.vector().normalize_or_zero().perp() * shift;
-            segment.a += across;
-            segment.b += across;
+            move_across(segment, shift);
             segment.weight *= 0.5 + share;
         }
         if is_outer(segment, surface)
             && let Some(shift) = facades::offset(segment, &input.walls)
         {
-            let across = segment.vector().normalize_or_zero().perp() * shift;
-            segment.a += across;
-            segment.b += across;
+            move_across(segment, shift);
         }
     }
     if params.collinear <= 0.0 {
@@ -222,6 +223,13 @@ fn walls(
     let mut found = merge_collinear(found, params.collinear);
     eaves::level(&mut found, surface, planes);
     found
+}
+
+/// Moves a segment to its left, metres.
+fn move_across(segment: &mut LineSegment, shift: f64) {
+    let across = segment.vector().normalize_or_zero().perp() * shift;
+    segment.a += across;
+    segment.b += across;
 }
 
 /// Walls on both sides of a gap, too far apart to be merged, come to lie on one line; so do those that no facade

@@ -25,7 +25,7 @@ pub struct BuildingModel {
     pub area: f64,
     /// Highest roof point above the ground, metres.
     pub height: f64,
-    /// Pixels of the mask that the roof covers, on the smallest window. No pixel is another building's.
+    /// Pixels of the mask that were seen and that the roof covers, on the smallest window. No pixel is another building's.
     pub pixels: Raster<bool>,
     /// RMS of the vertical distances between the roof and the sampled surface, without the strip along the outline, metres.
     pub rmse: f64,
@@ -38,20 +38,28 @@ pub struct BuildingModel {
 /// A reason, for a user to read, if there is nothing to model: no pixel, or no roof above the ground.
 pub fn model(input: &BuildingInput, params: &Params) -> Result<Vec<BuildingModel>, String> {
     let base = ground_height(input, &input.mask).ok_or("the building has no pixel with a height")?;
+    let seen = &input.mask;
     let completed = if params.method == Method::Gable { gable::completed(input) } else { None };
     let input = completed.as_ref().unwrap_or(input);
     let found = match params.method {
         Method::Gable => gable::reconstruct(input, base, params)?,
         Method::Zhu2018 => zhu2018::reconstruct(input, base, params)?,
     };
+    let one = |found: &Reconstruction| {
+        let mut model = building(input, found, base, params);
+        // What is completed under a crown may be completed on both sides of it.
+        let seen = seen.crop(model.pixels.window(), false);
+        model.pixels.values_mut().iter_mut().zip(seen.values()).for_each(|(pixel, seen)| *pixel &= seen);
+        model
+    };
     if params.party_wall_step <= 0.0 {
-        return Ok(vec![building(input, &found, base, params)]);
+        return Ok(vec![one(&found)]);
     }
     let buildings = party_walls::buildings(&found.partition, &found.planes, params.party_wall_step);
     if buildings.len() < 2 {
-        return Ok(vec![building(input, &found, base, params)]);
+        return Ok(vec![one(&found)]);
     }
-    Ok(buildings.iter().map(|regions| building(input, &found.part(regions), base, params)).collect())
+    Ok(buildings.iter().map(|regions| one(&found.part(regions))).collect())
 }
 
 /// One building over ground at `base`, or higher where the ground at the building is higher.

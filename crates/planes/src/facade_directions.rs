@@ -43,19 +43,23 @@ impl Default for Params {
 
 const BINS: usize = 180;
 
+/// Angles this near to a frame refine it at last, radians (2°).
+const NEAR: f64 = 0.035;
+
 /// Frames from an area-weighted histogram of angles (radians, weight), the strongest first.
 ///
 /// The histogram has bins of half a degree and is smoothed by a kernel of 2°; at its maximum a frame is refined by
-/// averaging within half the tolerance; what follows it is removed, and the search repeated. One frame for
-/// a rectangular house, two or three where wings are skew. Empty if there is no weight.
+/// averaging within half the tolerance, and then over the angles themselves within 2°, where weights count squared: along a hall of
+/// 200 m a quarter of a degree is a metre, and its own walls know their direction best. What follows the frame is removed, and the
+/// search repeated. One frame for a rectangular house, two or three where wings are skew. Empty if there is no weight.
 #[must_use]
 pub fn histogram(normals: impl IntoIterator<Item = (f64, f64)>, params: &Params) -> Vec<Frame> {
     let mut fine = vec![0.0; BINS];
     let width = FRAC_PI_2 / BINS as f64;
-    for (angle, weight) in normals {
-        if angle.is_finite() && weight > 0.0 {
-            fine[((angle.rem_euclid(FRAC_PI_2) / width) as usize).min(BINS - 1)] += weight;
-        }
+    let normals: Vec<(f64, f64)> =
+        normals.into_iter().filter(|(angle, weight)| angle.is_finite() && *weight > 0.0).collect();
+    for (angle, weight) in &normals {
+        fine[((angle.rem_euclid(FRAC_PI_2) / width) as usize).min(BINS - 1)] += weight;
     }
     let total: f64 = fine.iter().sum();
     let mut frames: Vec<Frame> = Vec::new();
@@ -84,6 +88,13 @@ pub fn histogram(normals: impl IntoIterator<Item = (f64, f64)>, params: &Params)
                     weight += fine[bin];
                 }
             }
+            if weight > 0.0 {
+                angle = (angle + sum / weight).rem_euclid(FRAC_PI_2);
+            }
+        }
+        for _ in 0..3 {
+            let near = normals.iter().map(|&(a, w)| (difference(a, angle), w * w)).filter(|(off, _)| off.abs() <= NEAR);
+            let (sum, weight) = near.fold((0.0, 0.0), |(s, t), (off, w)| (s + off * w, t + w));
             if weight > 0.0 {
                 angle = (angle + sum / weight).rem_euclid(FRAC_PI_2);
             }
@@ -159,6 +170,13 @@ mod tests {
         let f = histogram([(0.01, 1.0), (-0.01, 1.0), (FRAC_PI_2 - 0.005, 1.0)], &Params::default());
         assert_eq!(f.len(), 1);
         assert!(difference(f[0].angle, 0.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn long_walls_decide_to_a_hundredth_of_a_degree() {
+        let walls = [(0.0163, 196.0), (0.0161 + FRAC_PI_2, 17.0), (0.0162, 194.0), (0.03, 3.0), (-0.01, 2.0)];
+        let frames = histogram(walls, &Params::default());
+        assert!((frames[0].angle - 0.0162).abs() < 1e-4, "{frames:?}");
     }
 
     #[test]
