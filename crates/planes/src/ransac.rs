@@ -57,11 +57,13 @@ pub fn detect(height: &Raster<f32>, mask: &Raster<bool>, directions: &[RoofDirec
         // Schnabel, §4.4: chance of a sample of a plane of n pixels among N on one of four levels.
         let chance = (min_pixels as f64 / free.len() as f64 / 4.0).min(0.999);
         let needed = ((params.overlooked.ln() / (1.0 - chance).ln()).ceil() as usize).clamp(1, MAX_SAMPLES);
-        let sparse: Vec<u32> = free.iter().copied().skip(rng.index(16)).step_by(16).collect();
+        let sparse = free.iter().map(|&p| p as usize).skip(rng.index(16)).step_by(16);
+        let sparse: Vec<(usize, (f64, f64))> = sparse.map(|p| (p, field.position(p))).collect();
         let mut candidates: Vec<(usize, [f64; 3])> = Vec::new();
         for _ in 0..needed {
             let Some(plane) = sample(&partition, &free, &all_directions, &mut rng) else { continue };
-            let score = sparse.iter().filter(|&&p| is_inlier(&field, p as usize, plane, params)).count();
+            let hypothesis = Hypothesis::new(plane, params);
+            let score = sparse.iter().filter(|&&(p, at)| hypothesis.holds(&field, p, at)).count();
             candidates.push((score, plane));
         }
         candidates.sort_by_key(|c| std::cmp::Reverse(c.0));
@@ -116,22 +118,51 @@ fn sample(partition: &Partition<'_>, free: &[u32], directions: &[DVec3], rng: &m
     (plane.slope() < 1.4).then_some([plane.a, plane.b, plane.c])
 }
 
-fn is_inlier(field: &Field, pixel: usize, [a, b, c]: [f64; 3], params: &Params) -> bool {
-    let (x, y) = field.position(pixel);
-    let norm2 = 1.0 + a * a + b * b;
-    let d = f64::from(field.z[pixel]) - (a * x + b * y + c);
-    let patch = &field.patches[pixel];
-    let (pa, pb) = (f64::from(patch.a), f64::from(patch.b));
-    let cosine = (1.0 + a * pa + b * pb) / (norm2 * (1.0 + pa * pa + pb * pb)).sqrt();
-    d * d <= params.distance * params.distance * norm2 && cosine >= params.angle.to_radians().cos()
+/// A plane, ready to be asked for its inliers.
+struct Hypothesis {
+    plane: [f64; 3],
+    /// Squared length of the normal whose z is 1.
+    norm2: f64,
+    /// Largest squared vertical distance of an inlier.
+    reach2: f64,
+    /// Least cosine of the angle to the normal of an inlier.
+    cosine: f64,
+}
+
+impl Hypothesis {
+    fn new(plane: [f64; 3], params: &Params) -> Self {
+        let norm2 = 1.0 + plane[0] * plane[0] + plane[1] * plane[1];
+        Self {
+            plane,
+            norm2,
+            reach2: params.distance * params.distance * norm2,
+            cosine: params.angle.to_radians().cos(),
+        }
+    }
+
+    #[inline]
+    fn holds(&self, field: &Field, pixel: usize, (x, y): (f64, f64)) -> bool {
+        let [a, b, c] = self.plane;
+        let d = f64::from(field.z[pixel]) - (a * x + b * y + c);
+        // Most pixels lie elsewhere.
+        if d * d > self.reach2 {
+            return false;
+        }
+        let patch = &field.patches[pixel];
+        let (pa, pb) = (f64::from(patch.a), f64::from(patch.b));
+        (1.0 + a * pa + b * pb) / (self.norm2 * (1.0 + pa * pa + pb * pb)).sqrt() >= self.cosine
+    }
 }
 
 /// The largest connected set (of four neighbours) of a plane's unassigned inliers.
 fn largest_part(partition: &Partition<'_>, plane: [f64; 3], params: &Params) -> Vec<u32> {
     let field = partition.field;
     let (w, n) = (field.width, field.z.len());
+    let hypothesis = Hypothesis::new(plane, params);
     let mut open: Vec<bool> = (0..n)
-        .map(|p| partition.labels[p] == UNASSIGNED && !field.z[p].is_nan() && is_inlier(field, p, plane, params))
+        .map(|p| {
+            partition.labels[p] == UNASSIGNED && !field.z[p].is_nan() && hypothesis.holds(field, p, field.position(p))
+        })
         .collect();
     let mut best = Vec::new();
     for seed in 0..n {
