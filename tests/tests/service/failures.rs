@@ -226,7 +226,7 @@ fn a_block_that_dies_costs_itself(database: Database) {
     // In a town of 100 m most buildings stand near a hole, and the ground around it is spanned anew.
     let (some, all) = (building_lines(&files), building_lines(expected(6)));
     let same = some.intersection(&all).count();
-    assert!(same * 3 > all.len(), "{same} of {} buildings are those of the whole city", all.len());
+    assert!(same * 3 >= all.len(), "{same} of {} buildings are those of the whole city", all.len());
 
     // Without the poison, a retry mends it, and samples only the two.
     process.kill();
