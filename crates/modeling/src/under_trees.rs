@@ -1,7 +1,8 @@
 //! The part of a building that crowns hide from above.
 //!
 //! A crown that hangs over a roof bites a round piece out of the building's mask. The walls on both sides of the bite are
-//! seen, and they go on under the leaves as they came: to the corner where they meet, or to each other.
+//! seen, and they go on under the leaves as they came: to the corner where they meet, to each other, or, where the end of a wing is
+//! hidden, to a square end.
 
 use crate::input::BuildingInput;
 use gable_geometry::{Box2, DVec2, ring_contains, symmetric_eigen_2};
@@ -25,6 +26,9 @@ const STRAIGHT: f64 = 0.15;
 
 /// Where the outline leaves the line of a wall by this, the wall has ended, metres.
 const CORNER_OFF: f64 = 0.35;
+
+/// Longest piece of the outline that may be seen between leaves without showing a wall, metres.
+const GLIMPSE: f64 = 4.0;
 
 /// How far apart two walls may be to be one behind leaves, metres.
 const SAME_WALL: f64 = 0.6;
@@ -58,8 +62,8 @@ const SNAP: f64 = 0.14;
 /// The building with what crowns hide of it: the mask is completed, and has no height there, so that the roof's planes go on
 /// over it. `None` if nothing is added. `frames` are the facade directions.
 ///
-/// A wall goes on only under leaves, and not far. Where a crown hides two corners,
-/// nothing is known and nothing added. O(pixels).
+/// A wall goes on only under leaves, and not far. Where a crown hides both corners of a wing, the wing goes on as far as anything of
+/// its end is seen. O(pixels).
 pub(crate) fn complete(input: &BuildingInput, frames: &[f64]) -> Option<BuildingInput> {
     let mut out = input.clone();
     let most = SHARE * input.mask.values().iter().filter(|&&m| m).count() as f64;
@@ -111,6 +115,13 @@ struct Contour {
 /// A piece of the contour: number of its first crack, and of cracks.
 type Run = (usize, usize);
 
+/// A piece of the contour that leaves hide, with the walls before and behind it.
+struct Hidden {
+    run: Run,
+    a: LineSegment,
+    b: LineSegment,
+}
+
 impl Contour {
     fn new(points: Vec<DVec2>, crowns: &Raster<bool>) -> Self {
         let (n, step) = (points.len(), crowns.window().step);
@@ -147,10 +158,10 @@ impl Contour {
     }
 
     /// The ring of what a hidden run hides, counter-clockwise.
-    fn bite(&self, (first, count): Run, frames: &[f64]) -> Option<Vec<DVec2>> {
+    fn bite(&self, run: Run, frames: &[f64]) -> Option<Vec<DVec2>> {
         let n = self.points.len();
+        let Hidden { run: (first, count), a, b } = self.between_walls(run, frames)?;
         let last = first + count;
-        let (a, b) = (self.wall(first, false, frames)?, self.wall(last % n, true, frames)?);
         let (from, to) = (a.direction(), b.direction());
         // Both walls, up to the leaves.
         let foot =
@@ -186,12 +197,62 @@ impl Contour {
             if deepest > DEEPEST.0 * gap + DEEPEST.1 {
                 return None;
             }
+        } else if turn.abs() <= PARALLEL && from.perp_dot(start - end) > 0.0 {
+            // The end of a wing, with both corners hidden: square, and as far out as anything of it is seen.
+            if start.distance(end) > CROWN {
+                return None;
+            }
+            let reach = |p: DVec2| from.dot(p - end);
+            let furthest = (0..=count).map(|k| reach(hidden(k))).fold(reach(start).max(0.0), f64::max);
+            ring.push(end + from * furthest);
+            ring.push(start + from * (furthest - reach(start)));
         } else {
             return None;
         }
         ring.push(start);
         ring.extend((0..=count).rev().map(hidden));
         Some(ring)
+    }
+
+    /// A hidden run with the walls at both ends. What is seen between leaves and shows no wall is taken into it, with the leaves
+    /// beyond.
+    fn between_walls(&self, (mut first, mut count): Run, frames: &[f64]) -> Option<Hidden> {
+        let n = self.points.len();
+        let a = loop {
+            if let Some(wall) = self.wall(first, false, frames) {
+                break wall;
+            }
+            let more = self.to_next_leaves(first, false)?;
+            (first, count) = ((first + n - more) % n, count + more);
+            if count >= n {
+                return None;
+            }
+        };
+        let b = loop {
+            let last = (first + count) % n;
+            if let Some(wall) = self.wall(last, true, frames) {
+                break wall;
+            }
+            count += self.to_next_leaves(last, true)?;
+            if count >= n {
+                return None;
+            }
+        };
+        Some(Hidden { run: (first, count), a, b })
+    }
+
+    /// From the end of a hidden run, cracks to the far end of the next one, if only a glimpse of the outline lies between them.
+    fn to_next_leaves(&self, at: usize, forwards: bool) -> Option<usize> {
+        let n = self.points.len();
+        let seen = (0..n).take_while(|&k| !self.hidden[self.crack(at, k, forwards)]).count();
+        let hidden = (seen..n).take_while(|&k| self.hidden[self.crack(at, k, forwards)]).count();
+        (seen as f64 * self.step <= GLIMPSE).then_some(seen + hidden)
+    }
+
+    /// The crack that lies `k` cracks from a point, forwards or back.
+    fn crack(&self, at: usize, k: usize, forwards: bool) -> usize {
+        let n = self.points.len();
+        if forwards { (at + k) % n } else { (at + n - 1 - k % n) % n }
     }
 
     /// The wall that ends at a point, or begins there. The side of a web of leaves may be straight too, so the next wall along a
@@ -213,7 +274,7 @@ impl Contour {
     /// What lies on one line of the seen contour that ends at a point, or begins there, without the next `skipped` metres.
     fn straight(&self, at: usize, forwards: bool, skipped: f64) -> Option<LineSegment> {
         let n = self.points.len();
-        let crack = |k: usize| if forwards { (at + k) % n } else { (at + n - 1 - k % n) % n };
+        let crack = |k: usize| self.crack(at, k, forwards);
         let middle = |k: usize| 0.5 * (self.points[crack(k)] + self.points[(crack(k) + 1) % n]);
         let skipped = (skipped / self.step).round() as usize;
         let seen = (0..n).take_while(|&k| !self.hidden[crack(k)]).count();
