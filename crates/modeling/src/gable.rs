@@ -15,6 +15,7 @@ use crate::eaves;
 use crate::facades;
 use crate::faces::{Weights, assign};
 use crate::input::BuildingInput;
+use crate::leaks;
 use crate::model::LOWEST_EAVE;
 use crate::params::Params;
 use crate::partition::{Partition, Region};
@@ -107,10 +108,17 @@ fn with_planes(
     let limits = Limits { area: params.superstructure_area, speck: SPECK, step: MEETING };
     superstructures::remove(&mut surface, planes, limits);
     let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
-    let walls = walls(input, &surface, planes, frames, params);
-    let arrangement = arrange(&walls, &creases, params);
+    let mut walls = walls(input, &surface, planes, frames, params);
     let weights = Weights { beta: params.beta, truncation: 1.0, stranger: 0.1 };
-    let faces = assign(&arrangement, planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+    let mut arrangement = arrange(&walls, &creases, params);
+    let mut faces = assign(&arrangement, planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+    let roof: Vec<bool> = faces.iter().map(Option::is_some).collect();
+    let missing = leaks::missing_walls(outline(input), &arrangement, &roof, &input.mask);
+    if !missing.is_empty() {
+        walls.extend(missing);
+        arrangement = arrange(&walls, &creases, params);
+        faces = assign(&arrangement, planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+    }
     let (partition, regions) = dissolve(&arrangement, &faces);
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();

@@ -9,6 +9,7 @@ mod faces;
 mod gable;
 mod input;
 mod junctions;
+mod leaks;
 mod lods;
 mod mend;
 mod model;
