@@ -45,16 +45,18 @@ def helm():
             "meshes": {"existingClaim": "meshes"},
             "sourceRoots": ["/meshes"],
             "store": {"place": "s3://city", "endpoint": "http://objects:9000"},
+            "traces": {"endpoint": "http://collector:4318"},
             "imagePullSecrets": [{"name": "registry"}],
             "worker": {"nodeSelector": {"disk": "ssd"}, "tolerations": [{"key": "batch", "operator": "Exists"}]},
         },
     }
     for name, values in sets.items():
         loaded = helm_python.Chart.load(str(chart))
-        kinds = []
+        kinds, traced = [], 0
         for path, text in loaded.render(values, name="city", namespace="gable").items():
             for manifest in filter(None, yaml.safe_load_all(text)):
                 kinds.append(manifest["kind"])
+                traced += "OTEL_EXPORTER_OTLP_ENDPOINT" in json.dumps(manifest)
                 if manifest["apiVersion"].startswith("keda.sh/"):
                     continue
                 try:
@@ -62,8 +64,9 @@ def helm():
                 except Exception as error:  # whatever it finds, it is this manifest's
                     check(f"helm template, {name}, {path}", False, error)
         scaled = "ScaledObject" in kinds
+        check(f"helm template, {name}: {traced} send traces", traced == (2 if "traces" in values else 0))
         check(f"helm template, {name}: {', '.join(sorted(kinds))}", scaled == (name != "no scaling") and len(kinds) >= 3)
-    for wrong in ({"store": {"place": "/folder"}}, {"scaling": {"kind": "magic"}}, {"sourceRoots": []}):
+    for wrong in ({"store": {"place": "/folder"}}, {"scaling": {"kind": "magic"}}, {"sourceRoots": []}, {"traces": {"endpoint": "collector:4318"}}):
         try:
             helm_python.Chart.load(str(chart)).validate_schema(wrong)
             check(f"values {wrong} are refused", False, "they are not")

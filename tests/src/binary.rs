@@ -60,7 +60,7 @@ pub fn gable() -> &'static Path {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let mut build = Command::new(cargo);
         build
-            .args(["build", "--quiet", "--package", "gable", "--target-dir"])
+            .args(["build", "--quiet", "--package", "gable", "--features", "otlp", "--target-dir"])
             .arg(folder.parent().expect("a target folder"));
         if folder.file_name() == Some(OsStr::new("release")) {
             build.arg("--release");

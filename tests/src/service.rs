@@ -213,6 +213,11 @@ impl Service {
         let _ = run_gable(&["token", "revoke", name, "--database", &self.database]).success();
     }
 
+    /// Sets a variable of the environment of processes that are started from then on.
+    pub fn set(&mut self, name: &str, value: &str) {
+        self.variables.push((name.to_owned(), value.to_owned()));
+    }
+
     fn arguments(&self, command: &str, data: &str, more: &[&str]) -> Vec<String> {
         let data = self.folder.path().join(data).display().to_string();
         let root = self.root.display().to_string();

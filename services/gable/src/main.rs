@@ -4,6 +4,10 @@ mod cli;
 mod commands;
 mod exit;
 mod interrupt;
+#[cfg(feature = "otlp")]
+mod otlp;
+#[cfg(feature = "otlp")]
+mod otlp_client;
 mod progress;
 mod remote;
 mod service;
@@ -20,5 +24,7 @@ fn main() -> ExitCode {
     if let Err(error) = &result {
         exit::tell(error, cli.command.json());
     }
+    #[cfg(feature = "otlp")]
+    otlp::flush();
     exit::code(&result)
 }

@@ -107,20 +107,7 @@ impl Remote {
             Some(file) => authorities(file)?,
             None => RootCerts::PlatformVerifier,
         };
-        let provider = Arc::new(rustls::crypto::ring::default_provider());
-        let tls = TlsConfig::builder().unversioned_rustls_crypto_provider(provider).root_certs(roots).build();
-        let agent = Agent::config_builder()
-            .http_status_as_error(false)
-            // A redirect would carry the token elsewhere.
-            .max_redirects(0)
-            .max_redirects_will_error(false)
-            .timeout_connect(Some(Duration::from_secs(10)))
-            .timeout_recv_response(Some(PATIENCE))
-            .tls_config(tls)
-            .user_agent(concat!("gable/", env!("CARGO_PKG_VERSION")))
-            .build()
-            .into();
-        Ok(Self { agent, url, token: args.token.clone() })
+        Ok(Self { agent: agent(roots, None), url, token: args.token.clone() })
     }
 
     /// What is at an address under `/api/v1`.
@@ -225,6 +212,24 @@ impl Remote {
             _ => Err(RemoteError::Failed { status, detail }),
         }
     }
+}
+
+/// A client of a server that these vouch for; `most` is the longest time for a whole request.
+pub(crate) fn agent(roots: RootCerts, most: Option<Duration>) -> Agent {
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let tls = TlsConfig::builder().unversioned_rustls_crypto_provider(provider).root_certs(roots).build();
+    Agent::config_builder()
+        .http_status_as_error(false)
+        // A redirect would carry the token elsewhere.
+        .max_redirects(0)
+        .max_redirects_will_error(false)
+        .timeout_connect(Some(Duration::from_secs(10)))
+        .timeout_recv_response(Some(PATIENCE))
+        .timeout_global(most)
+        .tls_config(tls)
+        .user_agent(concat!("gable/", env!("CARGO_PKG_VERSION")))
+        .build()
+        .into()
 }
 
 /// The authorities whose certificates are in a file.

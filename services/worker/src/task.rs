@@ -263,6 +263,18 @@ impl Around<'_> {
             }
         })
         .await;
+        let (outcome, reason) = match (&told, &made) {
+            (Ok(()), Made::Result(result)) => (if result.reused { "reused" } else { "done" }, None),
+            (Ok(()), Made::BadInput(reason) | Made::Failed(reason)) => ("failed", Some(reason.clone())),
+            (Ok(()), Made::Away(reason)) => ("handed-back", Some(reason.clone())),
+            (Ok(()), Made::Stopped) if draining => ("handed-back", None),
+            (Ok(()), Made::Stopped) | (Err(JobStoreError::Lost { .. }), _) => ("lost", None),
+            (Err(JobStoreError::NoOutcome { .. }), _) => ("handed-back", None),
+            (Err(e), _) => ("lost", Some(format!("not handed in: {e}"))),
+        };
+        let span = tracing::Span::current();
+        span.record("outcome", outcome);
+        span.record("reason", reason);
         match told {
             Ok(()) => Ok(()),
             // It was forgotten just now: the task is handed back, and done.

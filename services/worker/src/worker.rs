@@ -84,7 +84,10 @@ impl Worker {
                         job = claim.job,
                         stage = claim.stage,
                         unit = claim.unit,
-                        attempt = claim.attempt
+                        attempt = claim.attempt,
+                        worker = self.settings.id,
+                        outcome = tracing::field::Empty,
+                        reason = tracing::field::Empty,
                     );
                     span.in_scope(|| tracing::info!("begins"));
                     let around = Around {

@@ -9,3 +9,4 @@ mod refresh;
 mod secrets;
 mod sources;
 mod standards;
+mod traces;

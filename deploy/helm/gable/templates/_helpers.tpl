@@ -43,6 +43,9 @@ env:
   {{- with .Values.store.endpoint }}
   - { name: AWS_ENDPOINT_URL, value: {{ . | quote }} }
   {{- end }}
+  {{- with .Values.traces.endpoint }}
+  - { name: OTEL_EXPORTER_OTLP_ENDPOINT, value: {{ . | quote }} }
+  {{- end }}
 volumeMounts:
   - { name: data, mountPath: /cities }
   - { name: temporary, mountPath: /tmp }

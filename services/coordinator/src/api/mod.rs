@@ -28,12 +28,14 @@ use axum::body::Body;
 use axum::http::{HeaderValue, Request, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
+use std::time::Duration;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
-use tower_http::trace::TraceLayer;
+use tower_http::trace::{DefaultOnResponse, OnResponse as _, TraceLayer};
+use tracing::Span;
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Document;
 use utoipa::openapi::path::Operation;
@@ -93,7 +95,7 @@ pub fn router(service: Coordinator) -> Router {
             header::X_CONTENT_TYPE_OPTIONS,
             HeaderValue::from_static("nosniff"),
         ))
-        .layer(TraceLayer::new_for_http().make_span_with(span))
+        .layer(TraceLayer::new_for_http().make_span_with(span).on_response(answered))
         .with_state(service)
 }
 
@@ -171,7 +173,13 @@ fn span(request: &Request<Body>) -> tracing::Span {
     let path = request.uri().path();
     let mut parts = path.split('/').skip_while(|part| *part != "jobs").skip(1);
     let job = parts.next().filter(|id| !id.is_empty());
-    tracing::info_span!("request", method = %request.method(), path, job)
+    tracing::info_span!("request", method = %request.method(), path, job, status = tracing::field::Empty)
+}
+
+/// Says what a request was answered, and when.
+fn answered(response: &Response, took: Duration, span: &Span) {
+    span.record("status", response.status().as_u16());
+    DefaultOnResponse::default().on_response(response, took, span);
 }
 
 /// All operations of a description.
