@@ -121,6 +121,8 @@ try {
   await failures.getByRole('button', { name: /sample 2_2/ }).click();
   const block = page.getByRole('region', { name: 'Block 2_2' });
   await block.getByText('signal').first().waitFor();
+  await block.locator('summary', { hasText: 'Log' }).click();
+  await block.getByLabel('Log of the block').filter({ hasText: 'failed: signal' }).waitFor();
   await shoot('job-failed');
   rmSync(marker);
   await failures.getByRole('button', { name: 'Retry' }).click();

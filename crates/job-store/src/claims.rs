@@ -32,7 +32,7 @@ pub struct Claim {
 }
 
 impl Claim {
-    fn lost(&self) -> JobStoreError {
+    pub(crate) fn lost(&self) -> JobStoreError {
         JobStoreError::Lost { job: self.job.clone(), stage: self.stage, unit: self.unit.clone(), fence: self.fence }
     }
 }

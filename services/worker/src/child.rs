@@ -1,12 +1,14 @@
 //! One task's child process, under limits.
 
 use crate::WorkerError;
+use crate::log::Log;
 use crate::protocol::{BAD_INPUT, FAILED, Order, PHASE, Report};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Stdio;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, ChildStdout, Command};
@@ -53,7 +55,7 @@ pub(crate) struct State {
     pub(crate) memory: u64,
 }
 
-/// Runs a child to its end. `stop` becomes true when the task is lost; `state` tells how the child does.
+/// Runs a child to its end. `stop` becomes true when the task is lost; `state` tells how the child does, and `log` keeps what it says.
 pub(crate) async fn run(
     program: &[OsString],
     folder: &Path,
@@ -61,6 +63,7 @@ pub(crate) async fn run(
     limits: Limits,
     mut stop: watch::Receiver<bool>,
     state: &watch::Sender<State>,
+    log: &Arc<Log>,
 ) -> Result<Ended, WorkerError> {
     let (name, arguments) = program.split_first().map_or_else(|| (OsString::new(), &[][..]), |(n, a)| (n.clone(), a));
     let mut child = Command::new(&name)
@@ -84,8 +87,8 @@ pub(crate) async fn run(
         let _ = pipe.write_all(line.as_bytes()).await;
     }
     let answer = tokio::spawn(last_line(child.stdout.take()));
-    let log = {
-        let (lines, state, unit) = (child.stderr.take(), state.clone(), order.unit.clone());
+    let said = {
+        let (lines, state, unit, log) = (child.stderr.take(), state.clone(), order.unit.clone(), Arc::clone(log));
         tokio::spawn(async move {
             let mut last = String::new();
             let Some(lines) = lines else { return last };
@@ -93,8 +96,10 @@ pub(crate) async fn run(
             while let Some(line) = next_line(&mut lines, LINE).await {
                 if let Some(phase) = line.strip_prefix(PHASE) {
                     state.send_modify(|s| s.phase = phase.to_owned());
+                    log.phase(phase);
                 } else if !line.trim().is_empty() {
                     tracing::debug!(unit, "{line}");
+                    log.say(&line);
                     last = line;
                 }
             }
@@ -130,7 +135,7 @@ pub(crate) async fn run(
         }
     };
     drop(input);
-    let (answer, said) = (answer.await.unwrap_or_default(), log.await.unwrap_or_default());
+    let (answer, said) = (answer.await.unwrap_or_default(), said.await.unwrap_or_default());
     if let Some(reason) = broken {
         return Ok(Ended::Badly(reason));
     }

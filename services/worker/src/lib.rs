@@ -4,6 +4,7 @@ mod cache;
 mod child;
 mod error;
 mod history;
+mod log;
 mod outcome;
 mod protocol;
 mod task;

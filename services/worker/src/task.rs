@@ -3,13 +3,16 @@
 use crate::cache::Cache;
 use crate::child::{self, Ended, State};
 use crate::history;
+use crate::log::Log;
 use crate::outcome;
 use crate::protocol::{History, Needs, Order, Report, UPLOAD};
 use crate::{Settings, WorkerError};
 use gable_job_store::{
     Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry, Store,
 };
+use std::fmt;
 use std::path::{Component, Path};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -38,6 +41,7 @@ pub(crate) struct Around<'a> {
     pub(crate) cache: &'a Cache,
     pub(crate) settings: &'a Settings,
     pub(crate) state: &'a watch::Sender<State>,
+    pub(crate) log: Arc<Log>,
 }
 
 /// What is known of a task's result before it is done.
@@ -56,6 +60,19 @@ enum Made {
     /// Database or object store are away: another time.
     Away(String),
     Stopped,
+}
+
+impl fmt::Display for Made {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Result(result) if result.reused => write!(f, "taken over from an earlier job"),
+            Self::Result(result) => write!(f, "done, {} files", result.artifacts.len()),
+            Self::BadInput(reason) => write!(f, "bad input: {reason}"),
+            Self::Failed(reason) => write!(f, "failed: {reason}"),
+            Self::Away(reason) => write!(f, "handed back: {reason}"),
+            Self::Stopped => write!(f, "handed back"),
+        }
+    }
 }
 
 impl Made {
@@ -141,7 +158,8 @@ impl Around<'_> {
         self.say("running");
         let settings = self.settings;
         let told = stop.clone();
-        let ended = child::run(&settings.program, folder.path(), &order, settings.limits, told, self.state).await?;
+        let ended =
+            child::run(&settings.program, folder.path(), &order, settings.limits, told, self.state, &self.log).await?;
         Ok(match ended {
             Ended::Stopped => Made::Stopped,
             Ended::BadInput(reason) => Made::BadInput(reason),
@@ -160,6 +178,7 @@ impl Around<'_> {
     }
 
     fn say(&self, phase: &str) {
+        self.log.say(phase);
         self.state.send_modify(|s| s.phase = phase.to_owned());
     }
 
@@ -245,7 +264,13 @@ impl Around<'_> {
     async fn hand_in(&self, claim: &Claim, made: Made, draining: bool) -> Result<(), WorkerError> {
         let patience = if draining { self.settings.lease } else { OUTAGE };
         let (_never, stop) = watch::channel(false);
+        let ours = draining || !matches!(made, Made::Stopped);
+        self.log.say(&made.to_string());
+        let log = self.log.text();
         let told = again_while_away(&stop, patience, || async {
+            if ours {
+                self.store.keep_log(claim, &log).await?;
+            }
             match &made {
                 Made::Result(result) => self.store.finish(claim, result).await,
                 Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await,

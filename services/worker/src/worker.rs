@@ -2,13 +2,14 @@
 
 use crate::cache::Cache;
 use crate::child::State;
+use crate::log::Log;
 use crate::task::Around;
 use crate::{Limits, WorkerError};
 use gable_job_store::{Blobs, Claim, JobStoreError, Store, Worker as Seen};
 use std::convert::Infallible;
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 use tracing::Instrument as _;
@@ -96,6 +97,7 @@ impl Worker {
                         cache: &self.cache,
                         settings: &self.settings,
                         state: &self.state,
+                        log: Arc::new(Log::new()),
                     };
                     let task = around.carry_out(&claim, drained.clone()).instrument(span);
                     tokio::pin!(task);

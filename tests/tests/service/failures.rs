@@ -179,7 +179,7 @@ fn poison(folder: &Path) -> PathBuf {
     let script = r#"#!/bin/bash
 IFS= read -r order
 case $order in
-*'"stage":1,"unit":"2_2","input"'*) kill -ABRT $$ ;;
+*'"stage":1,"unit":"2_2","input"'*) echo 'a pylon fell on it' >&2; kill -ABRT $$ ;;
 *'"stage":1,"unit":"3_4","input"'*) x=$(head -c 400000000 /dev/zero | tr '\0' x); sleep 60 ;;
 esac
 exec "$@" < <(printf '%s\n' "$order"; exec cat)
@@ -213,6 +213,15 @@ fn a_block_that_dies_costs_itself(database: Database) {
         claims.iter().filter(|e| e["kind"] == "claimed" && e["stage"] == "sample" && e["unit"] == unit).count()
     };
     assert_eq!((attempts(&service, "2_2"), attempts(&service, "3_4"), attempts(&service, "0_0")), (3, 3, 1));
+
+    // Each block tells what its programs said, those that died too.
+    let log = |unit: &str| service.text(&format!("/api/v1/jobs/{job}/blocks/{unit}/log"));
+    let (good, aborted, large) = (log("0_0"), log("2_2"), log("3_4"));
+    assert!(good.starts_with("sample, attempt 1\n") && good.contains("\nwrite, attempt 1\n"), "{good}");
+    assert!(good.contains(" s  running\n") && good.contains(" s  done, "), "{good}");
+    assert!(aborted.starts_with("sample, attempt 3\n") && aborted.contains(" s  a pylon fell on it\n"), "{aborted}");
+    assert!(aborted.contains(" s  failed: signal: 6 ") && aborted.contains("): a pylon fell on it\n"), "{aborted}");
+    assert!(large.contains(" s  failed: used ") && large.contains("more than the limit of 300 MB\n"), "{large}");
 
     // The others are there: each building of the whole city that does not stand on these blocks, or near by.
     let files = service.files(&job);

@@ -190,6 +190,12 @@ fn no_secret_is_in_a_log() {
     let mut told: String = answers.iter().map(Value::to_string).collect();
     let metrics = ureq::get(format!("{address}/metrics")).header("authorization", format!("Bearer {token}"));
     told += &metrics.call().unwrap().body_mut().read_to_string().unwrap();
+    for unit in ["scene", "0_0"] {
+        let log = ureq::get(format!("{place}/blocks/{unit}/log")).header("authorization", format!("Bearer {token}"));
+        let log = log.call().unwrap().body_mut().read_to_string().unwrap();
+        assert!(log.contains(" s  done, "), "{log}");
+        told += &log;
+    }
     let said = spy.said();
     for log in [&log, &work_log] {
         let log = std::fs::read_to_string(log).unwrap();

@@ -63,6 +63,7 @@ conformance!(
     suite::a_task_that_always_fails_makes_the_job_partial,
     suite::a_required_task_that_fails_ends_the_job,
     suite::a_task_handed_back_loses_no_attempt,
+    suite::the_log_of_the_last_attempt_is_kept,
     suite::many_workers_do_each_task_once,
     suite::random_deaths_change_nothing,
     suite::events_have_no_gaps,

@@ -2,7 +2,7 @@
 
 use gable_job_store::{
     Artifact, BlobId, Claim, EventKind, Finished, JobFilter, JobState, JobStoreError, NewJob, NewTask, Order, Retry,
-    Scope, Store, TaskState, TokenRecord, Worker,
+    Scope, Store, TaskLog, TaskState, TokenRecord, Worker,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -228,6 +228,42 @@ pub(crate) async fn a_task_handed_back_loses_no_attempt(store: &Store) {
     }
     finish(store, &claim(store, "w").await).await;
     assert_eq!(state(store, &id).await, JobState::Successful);
+}
+
+pub(crate) async fn the_log_of_the_last_attempt_is_kept(store: &Store) {
+    let id = submit(store, &job("a", vec![task(0, "x"), task(1, "x"), task(1, "y")])).await;
+    let first = claim(store, "w").await;
+    store.keep_log(&first, "no luck").await.expect("keeps");
+    store.fail(&first, "disk full", Retry::After(Duration::ZERO)).await.expect("fails");
+    assert!(matches!(store.keep_log(&first, "late").await, Err(JobStoreError::Lost { .. })));
+    let log = |stage, attempt, text: &str| TaskLog { stage, attempt, text: text.to_owned() };
+    assert_eq!(store.logs(&id, "x").await.expect("logs"), [log(0, 1, "no luck")]);
+    let second = claim(store, "v").await;
+    assert!(matches!(store.keep_log(&first, "late").await, Err(JobStoreError::Lost { .. })));
+    // What no text of Postgres may have, and what would be markup.
+    store.keep_log(&second, "so far\n<b>well\0").await.expect("keeps");
+    finish(store, &second).await;
+    let held = claim(store, "v").await;
+    store.keep_log(&held, "stopped").await.expect("keeps");
+    store.release(&held).await.expect("hands back");
+    let expected = [log(0, 2, "so far\n<b>well\u{fffd}"), log(1, 1, "stopped")];
+    assert_eq!(store.logs(&id, "x").await.expect("logs"), expected);
+    assert_eq!(store.logs(&id, "y").await.expect("logs"), []);
+    assert!(matches!(store.logs("nobody", "x").await, Err(JobStoreError::NoJob(_))));
+    finish(store, &claim(store, "w").await).await;
+    finish(store, &claim(store, "w").await).await;
+
+    // A log goes with its task: what was added behind a failure is dropped by a retry.
+    let id = submit(store, &job("b", vec![task(0, "x"), task(1, "y")])).await;
+    store.fail(&claim(store, "w").await, "no memory", Retry::Never).await.expect("fails");
+    let tasks = vec![task(2, "z")];
+    store.finish(&claim(store, "w").await, &Finished { tasks, ..Finished::default() }).await.expect("finishes");
+    let held = claim(store, "w").await;
+    store.keep_log(&held, "fine").await.expect("keeps");
+    finish(store, &held).await;
+    assert_eq!(store.logs(&id, "z").await.expect("logs"), [log(2, 1, "fine")]);
+    store.retry_failed(&id).await.expect("retries");
+    assert_eq!(store.logs(&id, "z").await.expect("logs"), []);
 }
 
 pub(crate) async fn many_workers_do_each_task_once(store: &Store) {

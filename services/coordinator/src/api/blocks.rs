@@ -5,9 +5,9 @@ use crate::pages::{polled, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
 use axum::extract::{Path, State};
-use axum::http::HeaderMap;
-use axum::response::Response;
-use gable_job_store::Task;
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
+use gable_job_store::{Task, TaskLog};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -80,4 +80,33 @@ pub(crate) async fn list(
         Ok(tasks.into_iter().map(BlockView::of).collect::<Vec<_>>())
     };
     polled(&service.answers.blocks, &service.store, &id, &headers, blocks).await
+}
+
+/// What the programs of a block said
+///
+/// The last lines of each stage's last attempt, stage by stage, with the seconds since the attempt began: 200 lines and 16 KB at most. Also
+/// for the other units that `/blocks` lists, such as that of the stage `stitch`, which finds the seams. There is none of units that were not begun.
+#[utoipa::path(
+    get, path = "/jobs/{id}/blocks/{unit}/log", tag = "jobs",
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("unit" = String, Path, description = "The block, column and row joined by `_`, or another unit"),
+    ),
+    responses(
+        (status = 200, description = "The lines, as text", body = String, content_type = "text/plain"),
+        Refused<404>,
+    )
+)]
+pub(crate) async fn log(
+    State(service): State<Coordinator>,
+    _: Caller,
+    Path((id, unit)): Path<(String, String)>,
+) -> Result<impl IntoResponse, Problem> {
+    let logs = service.store.logs(&id, &unit).await?;
+    if logs.is_empty() {
+        return Err(Problem::not_found(format!("nothing of {unit} has ended yet, or the job has no such unit")));
+    }
+    let part = |log: &TaskLog| format!("{}, attempt {}\n{}", stage_name(log.stage), log.attempt, log.text);
+    let text = logs.iter().map(part).collect::<Vec<_>>().join("\n");
+    Ok(([(header::CONTENT_TYPE, "text/plain; charset=utf-8")], text))
 }

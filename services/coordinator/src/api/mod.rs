@@ -140,6 +140,7 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(jobs::retry))
         .routes(routes!(jobs::set_priority))
         .routes(routes!(blocks::list))
+        .routes(routes!(blocks::log))
         .routes(routes!(seams::list))
         .routes(routes!(events::list))
         .routes(routes!(files::list))

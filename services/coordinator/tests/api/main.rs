@@ -164,6 +164,9 @@ async fn a_job_is_submitted_watched_and_fetched() {
     assert!(blocks.json()[0]["seconds"].as_f64().expect("seconds") >= 0.0);
     let again = service.ask("GET", &format!("{place}/blocks"), &[("if-none-match", blocks.header("etag"))], None).await;
     assert_eq!(again.status, 304);
+    let no_log = service.get(&format!("{place}/blocks/scene/log")).await.problem(404, "not-found");
+    assert!(no_log.contains("scene"), "{no_log}");
+    service.get("/api/v1/jobs/nobody/blocks/scene/log").await.problem(404, "not-found");
     let files = service.get(&format!("{place}/files")).await.json();
     assert_eq!(files, json!([{ "path": "tiles/0_0.city.json", "bytes": content.len(), "hash": blob.to_string() }]));
     let address = format!("{place}/files/tiles/0_0.city.json");
@@ -262,7 +265,11 @@ async fn jobs_are_steered() {
         .await;
     assert_eq!(raised.json()["priority"], 9);
     let held = service.claim().await;
+    service.parts.store.keep_log(&held, "    0.1 s  <script>\n").await.expect("kept");
     service.parts.store.fail(&held, "mesh.obj: line 1: no faces", Retry::Never).await.expect("fails");
+    let said = service.get(&format!("/api/v1/jobs/{id}/blocks/scene/log")).await;
+    assert_eq!((said.status, said.header("content-type")), (200, "text/plain; charset=utf-8"));
+    assert_eq!(String::from_utf8_lossy(&said.body), "split, attempt 1\n    0.1 s  <script>\n");
     let failed = service.get(&format!("/api/v1/jobs/{id}")).await.json();
     assert_eq!((&failed["state"], &failed["reason"]), (&json!("failed"), &json!("mesh.obj: line 1: no faces")));
     assert_eq!(steer("retry").await.json()["state"], "running");

@@ -1,12 +1,12 @@
 // One block of a job: its units, what happened to it, and pictures of what came of it.
 
 import type { JobDetail, JobEvent, ResultFile, Unit } from '../api';
-import { download, filesOf, jobPlace, request } from '../api';
+import { ApiError, download, filesOf, jobPlace, request } from '../api';
 import { seconds } from '../format';
 import { STAGES } from '../progress';
 import { link } from '../router';
 import { Columns, Failure, Loading, State, useGet } from '../ui';
-import { useEffect, useRef } from 'preact/hooks';
+import { useEffect, useRef, useState } from 'preact/hooks';
 import { EventLine } from './job';
 import { type Roof, photograph, roofsOf } from './pictures';
 
@@ -40,10 +40,27 @@ export function BlockPanel({ job, name, units, events, close }: { job: JobDetail
       </table></div>
       {own.filter((u) => u.reason).map((u) => <p class="bad" key={u.stage}>{u.reason}</p>)}
       {job.finished && (seen ? <Pictures job={job.id} name={name} /> : <p class="dim">There is no picture: the mesh of this block was not sampled.</p>)}
-      <h3>Log</h3>
-      <ol class="events short" tabIndex={0} aria-label="Log of the block">{log.map((e) => <EventLine key={e.number} event={e} />)}</ol>
+      <Said job={job.id} name={name} version={own.map((u) => u.state + u.attempts).join()} />
+      <h3>Events</h3>
+      <ol class="events short" tabIndex={0} aria-label="Events of the block">{log.map((e) => <EventLine key={e.number} event={e} />)}</ol>
       {!log.length && <p class="dim">No event of this block.</p>}
     </section>
+  );
+}
+
+/// What the block's programs said, asked for when somebody wants to see it, and again when more of them have ended.
+function Said({ job, name, version }: { job: string; name: string; version: string }) {
+  const [open, setOpen] = useState(false);
+  const path = open ? `/jobs/${job}/blocks/${encodeURIComponent(name)}/log#${version}` : null;
+  const { value, error, again } = useGet<string>(path, async (at) => (await request(at)).text());
+  return (
+    <details onToggle={(e) => setOpen(e.currentTarget.open)}>
+      <summary>Log</summary>
+      {value !== undefined ? <pre class="log" tabIndex={0} aria-label="Log of the block">{value}</pre>
+        : error instanceof ApiError && error.status === 404 ? <p class="dim">Nothing yet.</p>
+        : error ? <Failure error={error} retry={again} />
+        : open && <Loading what="the log" />}
+    </details>
   );
 }
 
