@@ -8,8 +8,6 @@ pub enum Extension {
     /// Each end moves out by `factor` times the segment's length (the usual reading of Zhu 2018, §5.2, which
     /// says "extended" only).
     Factor(f64),
-    /// Each segment becomes its whole line inside a box.
-    Lines(Box2),
     /// Each end moves out until it hits another segment or another end's trace, but no further than
     /// `ratio · length + limit` metres; an end that hits nothing stays where it was.
     ///
@@ -35,27 +33,8 @@ pub fn extend(segments: &[(DVec2, DVec2)], rule: Extension) -> Vec<(DVec2, DVec2
         Extension::Factor(factor) => {
             segments.iter().map(|&(a, b)| (a - (b - a) * factor, b + (b - a) * factor)).collect()
         }
-        Extension::Lines(bounds) => segments.iter().map(|&s| whole_line(s, bounds).unwrap_or(s)).collect(),
         Extension::UntilHit { ratio, limit, touch } => until_hit(segments, ratio, limit, touch),
     }
-}
-
-/// The part of a segment's line inside a box.
-fn whole_line((a, b): (DVec2, DVec2), bounds: Box2) -> Option<(DVec2, DVec2)> {
-    let d = (b - a).try_normalize()?;
-    let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
-    for (p, v, low, high) in [(a.x, d.x, bounds.min.x, bounds.max.x), (a.y, d.y, bounds.min.y, bounds.max.y)] {
-        if v.abs() < 1e-12 {
-            if p < low || p > high {
-                return None;
-            }
-            continue;
-        }
-        let (s, t) = ((low - p) / v, (high - p) / v);
-        from = from.max(s.min(t));
-        to = to.min(s.max(t));
-    }
-    (from < to).then(|| (a + d * from, a + d * to))
 }
 
 /// A growing end.
@@ -171,13 +150,8 @@ mod tests {
     }
 
     #[test]
-    fn lines_fill_the_box() {
-        let bounds = Box2 { min: dvec2(0.0, 0.0), max: dvec2(10.0, 5.0) };
-        let e =
-            extend(&[(dvec2(4.0, 1.0), dvec2(5.0, 1.0)), (dvec2(1.0, 1.0), dvec2(2.0, 2.0))], Extension::Lines(bounds));
-        assert_eq!(e[0], (dvec2(0.0, 1.0), dvec2(10.0, 1.0)));
-        assert!(e[1].0.distance(dvec2(0.0, 0.0)) < 1e-12 && e[1].1.distance(dvec2(5.0, 5.0)) < 1e-12);
-        let f = extend(&[(dvec2(0.0, 0.0), dvec2(2.0, 0.0))], Extension::Factor(0.5));
-        assert_eq!(f[0], (dvec2(-1.0, 0.0), dvec2(3.0, 0.0)));
+    fn both_ends_move_by_a_part_of_the_length() {
+        let e = extend(&[(dvec2(0.0, 0.0), dvec2(2.0, 0.0))], Extension::Factor(0.5));
+        assert_eq!(e, [(dvec2(-1.0, 0.0), dvec2(3.0, 0.0))]);
     }
 }
