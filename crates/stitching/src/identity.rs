@@ -1,6 +1,6 @@
 //! Names of buildings, after the place where they stand.
 
-use gable_geometry::{DVec2, DVec3, Frame};
+use gable_geometry::{Counter, DVec2, DVec3, Frame};
 use gable_ortho::Raster;
 use std::collections::BTreeMap;
 
@@ -21,29 +21,25 @@ pub fn building_ids(centroids: &[DVec2], frame: &Frame) -> Vec<String> {
         .collect()
 }
 
-/// The identifier of a building that a larger mask is divided into: the square metre nearest to the centroid of its pixels
-/// of those that it fills, so that no other building has the same one. `None` if it fills none. O(pixels).
+/// The identifier of a building: one of the square metres of the world that it fills, so that no other building has the same
+/// one. `None` if it fills none. O(pixels).
+///
+/// Of all that it fills it is the first in an order that is drawn by lot, once for the whole world (min-wise hashing, Broder 1997). A
+/// building that changes keeps its name with the probability of the overlap of what it fills before and after; one that is named
+/// after its middle loses it as soon as that moves over a border of squares.
 #[must_use]
 pub fn part_id(pixels: &Raster<bool>, frame: &Frame) -> Option<String> {
     let inner = pixels.window();
     // A square at the border of the window is only full if what lies beyond is, too.
     let window = inner.grown((1.0 / inner.step).ceil() as usize);
     let pixels = pixels.crop(window, false);
-    let centre = |p: usize| window.centre(p % window.width, p / window.width);
-    let (mut sum, mut count) = (DVec2::ZERO, 0.0);
     let mut squares: BTreeMap<[i64; 2], bool> = BTreeMap::new();
     for (p, &inside) in pixels.values().iter().enumerate() {
-        let at = centre(p);
-        if inside {
-            sum += at;
-            count += 1.0;
-        }
+        let at = window.centre(p % window.width, p / window.width);
         *squares.entry(square(at, frame)).or_insert(true) &= inside;
     }
-    let middle = frame.to_world((sum / f64::max(count, 1.0)).extend(0.0)).truncate();
-    let distance = |s: &[i64; 2]| DVec2::new(s[0] as f64 + 0.5, s[1] as f64 + 0.5).distance_squared(middle);
     let full = squares.into_iter().filter(|(_, full)| *full).map(|(square, _)| square);
-    full.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(name)
+    full.min_by_key(|square| Counter::keyed(0, square).bits()).map(name)
 }
 
 /// The whole metres of the world in which a place lies.
@@ -82,10 +78,36 @@ mod tests {
             let pixels = (0..2500).map(|p| inside(window.centre(p % 50, p / 50))).collect();
             part_id(&Raster::new(window, pixels), &frame)
         };
-        // The centroid of an angle lies in its inner corner, outside.
-        assert_eq!(of(&|p| p.x < 2.0 || p.y < 1.0).unwrap(), "b-101-203");
-        assert_eq!(of(&|p| p.x >= 3.0 && p.y >= 3.0).unwrap(), "b-106-206");
+        let fills = |id: Option<String>, inside: &dyn Fn(DVec2) -> bool| {
+            let id = id.expect("it fills a square");
+            let [_, x, y] = id.split('-').collect::<Vec<_>>()[..] else { panic!("{id}") };
+            let corner = dvec2(x.parse::<f64>().unwrap() - 100.0, y.parse::<f64>().unwrap() - 200.0);
+            [0.1, 0.9].iter().all(|&u| [0.1, 0.9].iter().all(|&v| inside(corner + dvec2(u, v))))
+        };
+        let shapes: [&dyn Fn(DVec2) -> bool; 3] =
+            [&|p| p.x < 2.0 || p.y < 1.0, &|p| p.x >= 3.0 && p.y >= 3.0, &|p| p.x < 9.0 && p.y < 9.0];
+        for inside in shapes {
+            assert!(fills(of(inside), inside));
+        }
         assert_eq!(of(&|p| p.x > 4.3 && p.x < 5.9), None, "it is nowhere as wide as a square");
-        assert_eq!(of(&|p| p.x < 9.0 && p.y < 9.0).unwrap(), "b-104-204");
+    }
+
+    #[test]
+    fn a_building_that_changes_a_little_keeps_its_name() {
+        let window = GridWindow { step: 0.5, x0: 0, y0: 0, width: 40, height: 30 };
+        let of = |frame: &Frame, length: f64| {
+            let inside = |p: DVec2| p.x > 1.0 && p.x < 1.0 + length && p.y > 1.0 && p.y < 11.0;
+            let pixels = (0..window.len()).map(|p| inside(window.centre(p % 40, p / 40))).collect();
+            part_id(&Raster::new(window, pixels), frame)
+        };
+        // 10 × 10 m in many places; a metre more of it, then half as much again.
+        let kept = |length: f64| {
+            let places =
+                (0..500).map(|n| Frame { origin: [f64::from(n * 37), f64::from(n * n), 0.0], crs: Crs::Unknown });
+            places.filter(|frame| of(frame, 10.0) == of(frame, length)).count()
+        };
+        assert_eq!(kept(10.0), 500);
+        assert!((435..=475).contains(&kept(11.0)), "{} of 500", kept(11.0));
+        assert!((300..=365).contains(&kept(15.0)), "{} of 500", kept(15.0));
     }
 }
