@@ -16,39 +16,51 @@ const DISTANCE: f64 = 0.2;
 /// Largest difference of slope between a pixel's plane and its patch's, on a level patch.
 const SLOPE: f64 = 0.25;
 
-/// Pixels in patches of at least so many m² and facets of the mesh.
+/// Least number of facets in a patch: fewer may be the flat side of a crown that the mesh shows coarsely.
+const FACETS: f64 = 10.0;
+
+/// The same where the mesh has at least [`FACETS`] in an area of [`DENSE_AREA`] m² on the mean: there a crown shows its
+/// facets, and what has few is flat, and was simplified.
+const DENSE_FACETS: f64 = 3.0;
+
+/// See [`DENSE_FACETS`].
+const DENSE_AREA: f64 = 6.0;
+
+/// The area of the patch that each pixel lies in, m²; 0 in none, and in one of too few facets.
 ///
 /// A patch grows from the flattest pixel that is left, over neighbours that lie near its plane and slope like it; the plane
 /// is fitted anew each time the patch has doubled (Rabbani 2006 grows by normals alone). Only pixels of `grows` belong to
-/// patches. `borders` is 1 where a pixel's facet is not that of the pixel to the east; from their number *b* among *n*
-/// pixels follows the number of facets, about *b*²/2.3*n* for facets as wide as they are high.
+/// patches. `borders` is 1 where a pixel's facet is not that of the pixel to the east, see [`facets`].
 ///
 /// O(pixels).
-pub(crate) fn in_large_patch(
-    heights: &Raster<f32>,
-    grows: &[bool],
-    borders: &[f32],
-    area: f64,
-    facets: f64,
-) -> Vec<bool> {
+pub(crate) fn patch_areas(heights: &Raster<f32>, grows: &[bool], borders: &[f32]) -> Vec<f32> {
     let (width, step) = (heights.width(), heights.window().step);
     let radius = ((WINDOW / step - 1.0) / 2.0).round().max(1.0) as usize;
     let fits = plane_fit(heights.values(), width, heights.height(), radius, |fit| fit);
     let mut free = grows.to_vec();
-    let mut large = vec![false; free.len()];
+    let mut areas = vec![0.0; free.len()];
+    let all = || (0..grows.len()).filter(|&p| grows[p]);
+    let dense = facets(all(), borders) * DENSE_AREA >= FACETS * all().count() as f64 * step * step;
+    let least = if dense { DENSE_FACETS } else { FACETS };
     let mut patch = Vec::new();
     for seed in by_residual(&fits) {
         if !free[seed] {
             continue;
         }
         grow(seed, heights, &fits, &mut free, &mut patch);
-        let crossed: f64 = patch.iter().map(|&p| f64::from(borders[p])).sum();
-        let size = patch.len() as f64;
-        if size * step * step >= area && crossed * crossed >= 2.3 * size * facets {
-            patch.iter().for_each(|&p| large[p] = true);
+        if facets(patch.iter().copied(), borders) >= least {
+            let area = (patch.len() as f64 * step * step) as f32;
+            patch.iter().for_each(|&p| areas[p] = area);
         }
     }
-    large
+    areas
+}
+
+/// How many facets there are on some pixels: about *b*²/2.3*n*, for *b* borders among *n* pixels and facets as wide as they
+/// are high.
+fn facets(pixels: impl Iterator<Item = usize>, borders: &[f32]) -> f64 {
+    let (crossed, n) = pixels.fold((0.0, 0.0), |(crossed, n), p| (crossed + f64::from(borders[p]), n + 1.0));
+    if n > 0.0 { crossed * crossed / (2.3 * n) } else { 0.0 }
 }
 
 /// The pixels that may be seeds, the flattest first, equal ones in their order; residuals are told apart by the millimetre.
@@ -154,41 +166,58 @@ mod tests {
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 80, height: 60 };
 
-    // Pixels in large patches of a surface under 0.05 m of noise, every pixel a facet.
-    fn found(height: impl Fn(f64, f64) -> f64, area: f64) -> Vec<bool> {
+    // Areas of the patches of a surface under 0.05 m of noise, every pixel a facet.
+    fn found(height: impl Fn(f64, f64) -> f64) -> Vec<f32> {
         let mut random = Counter::new(3);
         let at = |p: usize| WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30);
         let z = (0..WINDOW.len()).map(|p| (height(at(p).x, at(p).y) + 0.1 * (random.unit() - 0.5)) as f32).collect();
         let all = vec![true; WINDOW.len()];
-        in_large_patch(&Raster::new(WINDOW, z), &all, &vec![1.0; WINDOW.len()], area, 10.0)
+        patch_areas(&Raster::new(WINDOW, z), &all, &vec![1.0; WINDOW.len()])
     }
 
     #[test]
     fn both_sides_of_a_narrow_gable_are_patches() {
         let gable = |x: f64, y: f64| if x.abs() < 2.0 && y.abs() < 5.0 { 9.0 - 0.8 * x.abs() } else { 0.0 };
-        let large = found(gable, 4.0);
+        let areas = found(gable);
         let on_roof = |p: usize| {
             let d = WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30);
             d.x.abs() < 2.0 && d.y.abs() < 5.0
         };
-        let roof: Vec<usize> = (0..large.len()).filter(|&p| on_roof(p)).collect();
-        let share = roof.iter().filter(|&&p| large[p]).count() as f64 / roof.len() as f64;
+        let roof: Vec<usize> = (0..areas.len()).filter(|&p| on_roof(p)).collect();
+        let share = roof.iter().filter(|&&p| areas[p] >= 4.0).count() as f64 / roof.len() as f64;
         assert!(share > 0.6, "{share}");
     }
 
     #[test]
-    fn a_crown_has_none_and_a_side_of_a_few_facets_does_not_count() {
+    fn a_crown_has_no_large_one() {
         let crown =
             |x: f64, y: f64| 4.0 + (16.0 - x * x - y * y).max(0.0).sqrt() + 0.3 * ((3.0 * x).sin() + (3.0 * y).cos());
-        let grows: Vec<bool> = found(crown, 6.0);
+        let areas = found(crown);
         let high = |p: usize| (WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30)).length() < 4.0;
-        assert_eq!((0..grows.len()).filter(|&p| high(p) && grows[p]).count(), 0);
+        assert_eq!((0..areas.len()).filter(|&p| high(p) && areas[p] >= 6.0).count(), 0);
+    }
+
+    #[test]
+    fn a_plane_of_a_few_facets_counts_where_the_rest_has_many() {
         let flat = Raster::filled(WINDOW, 5.0_f32);
-        let mut borders = vec![0.0; WINDOW.len()];
-        // Two facets.
-        (0..60).for_each(|row| borders[row * 80 + 40] = 1.0);
         let all = vec![true; WINDOW.len()];
-        assert!(in_large_patch(&flat, &all, &borders, 4.0, 10.0).iter().all(|l| !l));
-        assert!(in_large_patch(&flat, &all, &vec![0.5; WINDOW.len()], 4.0, 10.0).iter().all(|l| *l));
+        let middle = 30 * 80 + 20;
+        // Two halves apart in height; the western one has one facet for each 2.4 m, the eastern one, a crown, many or few.
+        let areas = |crown: f32| {
+            let mut heights = flat.clone();
+            let mut borders = vec![0.0_f32; WINDOW.len()];
+            for (p, (z, border)) in heights.values_mut().iter_mut().zip(&mut borders).enumerate() {
+                let (x, y) = (p % 80, p / 80);
+                if x >= 40 {
+                    *z += ((x * 7 + y * 13) % 11) as f32 * 0.4;
+                    *border = crown;
+                } else if x % 12 == 11 {
+                    *border = 1.0;
+                }
+            }
+            patch_areas(&heights, &all, &borders)[middle]
+        };
+        assert!(areas(1.0) > 80.0);
+        assert_eq!(areas(0.02), 0.0);
     }
 }

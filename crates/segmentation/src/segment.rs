@@ -172,7 +172,10 @@ fn correct_by_shape(input: &Orthograph<'_>, terrain: &Raster<f32>, above: &mut R
     }
     let over: Vec<f32> =
         heights.values().iter().zip(terrain.values()).map(|(z, ground)| (z - ground).max(0.0)).collect();
-    for (tree, flat) in plants.tree.values_mut().iter_mut().zip(flat_and_high(&heights, &over, input.normal)) {
+    let found = flat_and_high(&heights, &over, input.normal);
+    for ((tree, flat), patches) in plants.tree.values_mut().iter_mut().zip(found.flat).zip(found.patches) {
+        let odds = *tree * (-patches).exp();
+        *tree = odds / (odds + 1.0 - *tree);
         if flat {
             *tree = tree.min(FLAT_TREE);
         }
