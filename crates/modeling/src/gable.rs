@@ -48,6 +48,9 @@ const CORNER_GAP: f64 = 1.5;
 /// Where the surface lies further than this from its plane, another plane is looked for, metres.
 const UNEXPLAINED: f64 = 1.5;
 
+/// The smallest plane that is looked for where the surface lies as far off as a tower rises, m².
+const TOWER_AREA: f64 = 2.0;
+
 /// The steepest plane that is looked for there, degrees.
 const STEEPEST: f64 = 83.0;
 
@@ -155,7 +158,10 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
     if found.planes.is_empty() {
         return (vec![Plane::horizontal(median_height(input))], input.mask.map(|&m| if m { 0 } else { NONE }));
     }
-    explain_rest(input, &mut found, &detection);
+    let spires = gable_planes::Params { max_slope: STEEPEST, ..detection.clone() };
+    explain_rest(input, &mut found, UNEXPLAINED, &spires);
+    let towers = gable_planes::Params { min_area: detection.min_area.min(TOWER_AREA), ..detection };
+    explain_rest(input, &mut found, superstructures::TALL, &towers);
     gable_planes::regularise(&mut found, &input.height, frames, &Default::default());
     found.planes.truncate(params.max_planes.min(usize::from(NONE)));
     let kept = found.planes.len() as u16;
@@ -163,9 +169,9 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
     (found.planes.iter().map(|p| p.plane).collect(), labels)
 }
 
-/// Looks for planes once more where the surface lies far from what was found: the storeys of a pagoda and the sides of
-/// a steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
-fn explain_rest(input: &BuildingInput, found: &mut Planes, detection: &gable_planes::Params) {
+/// Looks for planes once more where the surface lies further than `from`, metres, off what was found: the storeys of a
+/// pagoda and the sides of a steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
+fn explain_rest(input: &BuildingInput, found: &mut Planes, from: f64, detection: &gable_planes::Params) {
     let planes: Vec<Plane> = found.planes.iter().map(|p| p.plane).collect();
     let surface = complete(&found.labels, &planes, &input.height, &input.mask);
     let window = input.window();
@@ -173,10 +179,9 @@ fn explain_rest(input: &BuildingInput, found: &mut Planes, detection: &gable_pla
     for (p, inside) in rest.values_mut().iter_mut().enumerate() {
         let (label, z) = (surface.values()[p], f64::from(input.height.values()[p]));
         let at = window.centre(p % window.width, p / window.width);
-        *inside = *inside && label != NONE && (z - planes[label as usize].height(at)).abs() > UNEXPLAINED;
+        *inside = *inside && label != NONE && (z - planes[label as usize].height(at)).abs() > from;
     }
-    let steep = gable_planes::Params { max_slope: STEEPEST, ..detection.clone() };
-    let more = gable_planes::detect(&input.height, None, &rest, &steep);
+    let more = gable_planes::detect(&input.height, None, &rest, detection);
     let first = found.planes.len() as u16;
     for (to, &label) in found.labels.values_mut().iter_mut().zip(more.labels.values()) {
         if label != NONE {

@@ -29,7 +29,7 @@ const ENCLOSED: f64 = 0.6;
 const SET_OFF: f64 = 0.4;
 
 /// What rises higher over the roof is no superstructure but a tower or a chimney stack, metres on the mean of its steps.
-const TALL: f64 = 5.0;
+pub(crate) const TALL: f64 = 5.0;
 
 /// The common border of two parts.
 #[derive(Clone, Copy, Debug, Default)]
