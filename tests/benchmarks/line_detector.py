@@ -37,7 +37,6 @@ def rectangles(side=1500):
 
 
 def opencv(picture, scale):
-    # An argument passed as a keyword is ignored by some versions: all by place, with the defaults of the method.
     detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_ADV, scale)
     best = 9e9
     for _ in range(5):
