@@ -4,7 +4,7 @@ use crate::projection::AxisProjection;
 use crate::{Face, Shell};
 use gable_geometry::{DVec2, DVec3, Orientation, orientation};
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A triangle of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +83,8 @@ impl HasPosition for Corner {
 fn delaunay(rings: &[Vec<u32>], flat: impl Fn(u32) -> DVec2) -> Option<Vec<[u32; 3]>> {
     let mut local: BTreeMap<u32, usize> = BTreeMap::new();
     let mut corners = Vec::new();
-    let mut edges = Vec::new();
+    // An edge that the rings use twice, as a bridge from the outer ring to a hole, separates nothing.
+    let mut edges: BTreeSet<[usize; 2]> = BTreeSet::new();
     for ring in rings {
         let mut place = |i: u32| {
             *local.entry(i).or_insert_with(|| {
@@ -94,15 +95,19 @@ fn delaunay(rings: &[Vec<u32>], flat: impl Fn(u32) -> DVec2) -> Option<Vec<[u32;
             })
         };
         for k in 0..ring.len() {
-            let edge = [place(ring[k]), place(ring[(k + 1) % ring.len()])];
-            if edge[0] != edge[1] {
-                edges.push(edge);
+            let (a, b) = (place(ring[k]), place(ring[(k + 1) % ring.len()]));
+            let edge = [a.min(b), a.max(b)];
+            if a != b && !edges.insert(edge) {
+                edges.remove(&edge);
             }
         }
     }
     let count = corners.len();
     let mut crossed = false;
-    let cdt = ConstrainedDelaunayTriangulation::<_>::try_bulk_load_cdt(corners, edges, |_| crossed = true).ok()?;
+    let cdt = ConstrainedDelaunayTriangulation::<_>::try_bulk_load_cdt(corners, edges.into_iter().collect(), |_| {
+        crossed = true
+    })
+    .ok()?;
     if crossed || cdt.num_vertices() != count {
         return None;
     }
@@ -182,6 +187,18 @@ mod tests {
         let touched = face(&[&[0, 1, 2, 3, 4, 5], &[3, 6, 7, 8]], Semantic::RoofSurface);
         let area = total_area(&points, &triangulate_face(&points, &touched));
         assert!((area - (36.0 + 15.0 - 2.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_bridge_to_a_hole_separates_nothing() {
+        // A square whose hole is written as a keyhole: there and back along one edge, as some programs do.
+        let points: Vec<_> = [(0., 0.), (9., 0.), (9., 9.), (0., 9.), (3., 3.), (3., 6.), (6., 6.), (6., 3.)]
+            .map(|(x, y)| dvec3(x, y, 2.))
+            .to_vec();
+        let keyhole = face(&[&[0, 1, 2, 3, 0, 4, 5, 6, 7, 4]], Semantic::RoofSurface);
+        let triangles = triangulate_face(&points, &keyhole);
+        assert!((total_area(&points, &triangles) - (81.0 - 9.0)).abs() < 1e-12);
+        assert_eq!(vector_area(&points, &triangles), dvec3(0.0, 0.0, 72.0));
     }
 
     #[test]

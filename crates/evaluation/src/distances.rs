@@ -8,6 +8,7 @@ use gable_city_model::Semantic;
 use gable_geometry::{Box2, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Distances are cut off here, metres.
 pub const CUT: f64 = 10.0;
@@ -37,6 +38,55 @@ pub struct Distances {
     pub truth_to_mesh: Option<Spread>,
     /// From points of the mesh that face up and lie within 1 m of the truth's roofs, to the model's roofs.
     pub roof_points_to_roofs: Option<Spread>,
+}
+
+/// A building of the truth and what of the city's distance is its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Furthest {
+    /// Identifier in the truth.
+    pub id: String,
+    /// Where most of that lies: the middle of a square of 4 m; world coordinates, metres.
+    pub at: [f64; 2],
+    /// RMS of its distances, metres.
+    pub rms: f64,
+    /// Its share of the sum of all squared distances, of the same buildings.
+    pub share: f64,
+}
+
+/// Buildings that [`furthest`] names.
+const NAMED: usize = 12;
+/// A smaller share of the squares is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Edge of the squares in which it looks for the place, metres.
+const CELL: f64 = 4.0;
+
+/// The found buildings that the RMS from truth to model comes from most, the largest share first.
+fn furthest(
+    truth: &City<'_>,
+    origin: DVec3,
+    found: &[usize],
+    samples: &[Vec<Sample>],
+    distances: &[Vec<f64>],
+) -> Vec<Furthest> {
+    let squares = |i: usize| distances[i].iter().map(|d| d * d).sum::<f64>();
+    let all: f64 = found.iter().map(|&i| squares(i)).sum();
+    let mut order: Vec<(f64, usize)> =
+        found.iter().map(|&i| (squares(i), i)).filter(|(sum, _)| *sum > ROUNDING * all).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let one = |&(sum, i): &(f64, usize)| {
+        let mut cells: BTreeMap<[i64; 2], f64> = BTreeMap::new();
+        for (s, d) in samples[i].iter().zip(&distances[i]) {
+            *cells.entry([s.position.x, s.position.y].map(|v| (v / CELL).floor() as i64)).or_default() += d * d;
+        }
+        let worst = cells.iter().rev().max_by(|a, b| a.1.total_cmp(b.1)).map_or([0; 2], |(&cell, _)| cell);
+        Furthest {
+            id: truth.objects[i].building.id.clone(),
+            at: [origin.x + (worst[0] as f64 + 0.5) * CELL, origin.y + (worst[1] as f64 + 0.5) * CELL],
+            rms: (sum / distances[i].len() as f64).sqrt(),
+            share: sum / all,
+        }
+    };
+    order.iter().take(NAMED).map(one).collect()
 }
 
 /// The mesh near buildings.
@@ -141,22 +191,24 @@ fn spread(distances: &[Vec<f64>]) -> Spread {
     Spread::of(distances.concat())
 }
 
+/// Distances between two cities, and the buildings that they come from most. `origin` is that of the truth.
 pub(crate) fn distances(
     truth: &City<'_>,
+    origin: DVec3,
     result: &City<'_>,
     coverage: &Coverage,
     mesh: Option<Vec<[DVec3; 3]>>,
     density: f64,
     seed: u64,
-) -> Distances {
+) -> (Distances, Vec<Furthest>) {
     let (ours, theirs) = (outside(truth, density, seed), outside(result, density, seed));
     let (truth_triangles, model) = (triangles(truth, |_| true), triangles(result, |_| true));
-    let found = |i: usize| truth.objects[i].area >= 50.0 && coverage.truth[i] >= COVERED;
+    let is_found = |i: &usize| truth.objects[*i].area >= 50.0 && coverage.truth[*i] >= COVERED;
+    let found: Vec<usize> = (0..truth.objects.len()).filter(is_found).collect();
     let to_model = measure(&ours, &model);
-    let found = to_model.iter().enumerate().filter(|(i, _)| found(*i)).flat_map(|(_, d)| d);
     let mut out = Distances {
         truth_to_model: spread(&to_model),
-        truth_to_model_found_from_50: Spread::of(found.copied().collect()),
+        truth_to_model_found_from_50: Spread::of(found.iter().flat_map(|&i| &to_model[i]).copied().collect()),
         model_to_truth: spread(&measure(&theirs, &truth_triangles)),
         ..Distances::default()
     };
@@ -177,5 +229,5 @@ pub(crate) fn distances(
         out.lod2_roofs_to_mesh = Some(spread(&measure(&on_lod2_roofs(result, density, seed), &mesh)));
         out.truth_to_mesh = Some(spread(&measure(&ours, &mesh)));
     }
-    out
+    (out, furthest(truth, origin, &found, &ours, &to_model))
 }

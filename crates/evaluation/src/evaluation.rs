@@ -4,7 +4,7 @@ use crate::agreement::Agreement;
 use crate::city::City;
 use crate::coherence::{Coherence, coherence};
 use crate::complexity::{Complexity, complexity};
-use crate::distances::{Distances, distances, mesh_near};
+use crate::distances::{Distances, Furthest, distances, mesh_near};
 use crate::error::positive;
 use crate::footprints::{Footprints, footprints, match_blocks};
 use crate::labels::{LabelRasters, Labels, labels};
@@ -78,6 +78,8 @@ pub struct Evaluation {
     pub roofs: Roofs,
     /// Distances between surfaces.
     pub distances: Distances,
+    /// Found buildings from 50 m² that the RMS from truth to model comes from most, the largest share first.
+    pub furthest: Vec<Furthest>,
     /// Polygons, triangles and vertices.
     pub complexity: Complexity,
     /// Validity at val3dity's default tolerances.
@@ -122,13 +124,16 @@ pub fn evaluate(inputs: Inputs<'_>, options: &Options) -> Result<Evaluation, Err
         lost.map(|(o, _)| o.building.id.clone()).collect()
     };
     let mesh = mesh.map(|m| mesh_near(m, &[t, r]));
+    let origin = DVec3::from_array(truth.origin);
+    let (distances, furthest) = distances(t, origin, r, coverage, mesh, options.density, options.seed);
     Ok(Evaluation {
         objects: AREA_CLASSES.map(|from| detection(t, r, coverage, from)).to_vec(),
         missed: uncovered(t, &coverage.truth),
         invented: uncovered(r, &coverage.result),
         footprints: footprints(t, r, &matches),
         roofs: roofs(t, r, &pair.fits, [&pair.planes[0], &pair.planes[1]], &matches),
-        distances: distances(t, r, coverage, mesh, options.density, options.seed),
+        distances,
+        furthest,
         complexity: complexity(t, r, &matches),
         validity: validity(result, &Tolerances::default()),
         validity_strict: validity(result, &Tolerances::strict()),

@@ -28,7 +28,7 @@ mod validity;
 pub use agreement::{Agreement, agreement};
 pub use coherence::Coherence;
 pub use complexity::{Complexity, PerBuilding, Size};
-pub use distances::{CUT, Distances};
+pub use distances::{CUT, Distances, Furthest};
 pub use error::Error;
 pub use evaluation::{AREA_CLASSES, Evaluation, Inputs, Options, evaluate};
 pub use footprints::{Footprints, Overlap};

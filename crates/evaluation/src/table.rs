@@ -47,7 +47,11 @@ fn spread(s: &Spread) -> Vec<String> {
 }
 
 pub(crate) fn sections(e: &Evaluation) -> Vec<Section> {
-    let mut out = vec![objects(e), footprints(e), roofs(e), planes(e), spreads(e), complexity(e)];
+    let mut out = vec![objects(e), footprints(e), roofs(e), planes(e), spreads(e)];
+    if !e.furthest.is_empty() {
+        out.push(furthest(e));
+    }
+    out.push(complexity(e));
     out.push(validity([&e.validity, &e.validity_strict]));
     out.push(regularity(&[("truth", &e.regularity_truth), ("result", &e.regularity)]));
     out.push(coherence(&e.coherence));
@@ -190,6 +194,15 @@ fn spreads(e: &Evaluation) -> Section {
     if let Some(t) = &e.terrain {
         s.row("terrain, open", spread(&t.open));
         s.row("terrain, under roofs", spread(&t.under_roofs));
+    }
+    s
+}
+
+fn furthest(e: &Evaluation) -> Section {
+    let mut s = Section::new("Furthest from the model", &["of the squares", "RMS", "x", "y"]);
+    for f in &e.furthest {
+        let [x, y] = f.at.map(|v| format!("{v:.1}"));
+        s.row(f.id.clone(), [percent(f.share), metres(f.rms), x, y]);
     }
     s
 }

@@ -215,6 +215,27 @@ fn a_strip_along_a_wall_is_no_error_of_the_plane() {
 }
 
 #[test]
+fn the_buildings_furthest_off_are_named() {
+    let origin = [500.0, -300.0, 20.0];
+    let row = |heights: [f64; 3]| {
+        let [a, b, c] = heights;
+        let houses =
+            vec![house("a", 0., 0., 10., 10., a), house("b", 30., 0., 10., 10., b), house("c", 60., 0., 10., 10., c)];
+        CityModel { origin, ..city(houses) }
+    };
+    let e = judge(&row([6.0, 6.0, 6.0]), &row([6.0, 6.2, 7.0]));
+    let named: Vec<&str> = e.furthest.iter().map(|f| f.id.as_str()).collect();
+    assert_eq!(named, ["c", "b"]);
+    near(e.furthest.iter().map(|f| f.share).sum(), 1.0, 1e-9);
+    // Within 4 m.
+    near(e.furthest[0].at[0], 565.0, 7.0);
+    near(e.furthest[0].at[1], -295.0, 7.0);
+    // Of three equal surfaces.
+    let all = e.distances.truth_to_model_found_from_50.rms;
+    near(e.furthest[0].rms, all * (3.0 * e.furthest[0].share).sqrt(), 0.02);
+}
+
+#[test]
 fn a_turned_roof_has_the_angle() {
     let shed = |rise: [f64; 4]| {
         let mut solid = prism(&rectangle(0., 0., 8., 8.), 0.0, 4.0);

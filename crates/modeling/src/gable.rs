@@ -51,6 +51,10 @@ const UNEXPLAINED: f64 = 1.5;
 /// The smallest plane that is looked for where the surface lies as far off as a tower rises, m².
 const TOWER_AREA: f64 = 2.0;
 
+/// Half the width of the windows in which they are fitted, metres: on top of a tower of 2 m no wider one lies in all
+/// directions.
+const TOWER_RADIUS: f64 = 0.4;
+
 /// The steepest plane that is looked for there, degrees.
 const STEEPEST: f64 = 83.0;
 
@@ -159,9 +163,13 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
         return (vec![Plane::horizontal(median_height(input))], input.mask.map(|&m| if m { 0 } else { NONE }));
     }
     let spires = gable_planes::Params { max_slope: STEEPEST, ..detection.clone() };
-    explain_rest(input, &mut found, UNEXPLAINED, &spires);
-    let towers = gable_planes::Params { min_area: detection.min_area.min(TOWER_AREA), ..detection };
-    explain_rest(input, &mut found, superstructures::TALL, &towers);
+    let towers =
+        gable_planes::Params { radius: TOWER_RADIUS, min_area: detection.min_area.min(TOWER_AREA), ..detection };
+    let mut off = deviation(input, &found);
+    if explain_rest(input, &mut found, &off, UNEXPLAINED, &spires) {
+        off = deviation(input, &found);
+    }
+    explain_rest(input, &mut found, &off, superstructures::TALL, &towers);
     gable_planes::regularise(&mut found, &input.height, frames, &Default::default());
     found.planes.truncate(params.max_planes.min(usize::from(NONE)));
     let kept = found.planes.len() as u16;
@@ -169,17 +177,36 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
     (found.planes.iter().map(|p| p.plane).collect(), labels)
 }
 
-/// Looks for planes once more where the surface lies further than `from`, metres, off what was found: the storeys of a
-/// pagoda and the sides of a steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
-fn explain_rest(input: &BuildingInput, found: &mut Planes, from: f64, detection: &gable_planes::Params) {
+/// How far the surface lies off the planes that were found, continued over the whole building, metres; NaN outside of it.
+fn deviation(input: &BuildingInput, found: &Planes) -> Raster<f32> {
     let planes: Vec<Plane> = found.planes.iter().map(|p| p.plane).collect();
     let surface = complete(&found.labels, &planes, &input.height, &input.mask);
     let window = input.window();
-    let mut rest = input.mask.clone();
-    for (p, inside) in rest.values_mut().iter_mut().enumerate() {
-        let (label, z) = (surface.values()[p], f64::from(input.height.values()[p]));
-        let at = window.centre(p % window.width, p / window.width);
-        *inside = *inside && label != NONE && (z - planes[label as usize].height(at)).abs() > from;
+    let mut off = input.height.clone();
+    for (p, (off, &label)) in off.values_mut().iter_mut().zip(surface.values()).enumerate() {
+        *off = if label == NONE {
+            f32::NAN
+        } else {
+            let at = window.centre(p % window.width, p / window.width);
+            (f64::from(*off) - planes[label as usize].height(at)).abs() as f32
+        };
+    }
+    off
+}
+
+/// Looks for planes once more where the surface lies further than `from`, metres, off what was found: the storeys of a
+/// pagoda and the sides of a steep spire are no roofs at first sight, but they are even less a part of the roof beside them.
+/// Returns whether there are any.
+fn explain_rest(
+    input: &BuildingInput,
+    found: &mut Planes,
+    off: &Raster<f32>,
+    from: f64,
+    detection: &gable_planes::Params,
+) -> bool {
+    let rest = off.map(|&off| f64::from(off) > from);
+    if !rest.values().contains(&true) {
+        return false;
     }
     let more = gable_planes::detect(&input.height, None, &rest, detection);
     let first = found.planes.len() as u16;
@@ -189,6 +216,7 @@ fn explain_rest(input: &BuildingInput, found: &mut Planes, from: f64, detection:
         }
     }
     found.planes.extend(more.planes);
+    found.planes.len() > usize::from(first)
 }
 
 fn median_height(input: &BuildingInput) -> f64 {
