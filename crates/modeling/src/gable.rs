@@ -24,6 +24,7 @@ use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use crate::superstructures::{self, Limits};
 use crate::surface::{NONE, complete};
 use crate::under_trees;
+use crate::webs;
 use gable_arrangement::{Arrangement, Extension, Options, extend, link_loose_ends};
 use gable_geometry::{DVec2, Plane};
 use gable_lines::{
@@ -112,6 +113,8 @@ fn with_planes(
     params: &Params,
 ) -> Result<Option<Reconstruction>, String> {
     let mut surface = complete(labels, planes, &input.height, &input.mask);
+    let left = webs::without(input, &mut surface, planes);
+    let input = left.as_ref().unwrap_or(input);
     let limits = Limits { area: params.superstructure_area, speck: SPECK, step: MEETING };
     superstructures::remove(&mut surface, planes, limits);
     let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);

@@ -22,6 +22,7 @@ mod subdivide;
 mod superstructures;
 mod surface;
 mod under_trees;
+mod webs;
 mod zhu2018;
 
 pub use input::{BuildingInput, KnownRoof, MARGIN};

@@ -114,7 +114,7 @@ pub struct Segmentation {
 /// classifier. Steps: tree probability; height over ground; one cost for each class and pixel; smoothness
 /// `μ·max(1 − |Δh|, floor)` between the four neighbours (Eq. 5, made symmetric); α-expansion from the best class of each
 /// pixel; cleaning of the building label. [`Method::Likelihood`] lets shape correct both inputs of the costs first: what is
-/// flat over metres is no crown, and narrow, deep gaps lead down to the ground. Pixels without height get the class of the region that encloses them, else
+/// flat over metres or stands higher than trees grow is no crown, and narrow, deep gaps lead down to the ground. Pixels without height get the class of the region that encloses them, else
 /// ground.
 ///
 /// # Errors
@@ -162,7 +162,11 @@ pub fn segment(
 /// Tree probability of what is too flat for a crown, at most.
 const FLAT_TREE: f32 = 0.15;
 
-/// What shape alone decides: flat surfaces are no crowns, and narrow, deep gaps lead down to the ground.
+/// What stands higher over the ground is no tree, metres: in towns even the oldest planes and poplars end below.
+const TALLEST_TREE: f32 = 50.0;
+
+/// What shape alone decides: flat surfaces and what stands higher than trees grow are no crowns, and narrow, deep gaps lead
+/// down to the ground.
 fn correct_by_shape(input: &Orthograph<'_>, terrain: &Raster<f32>, above: &mut Raster<f32>, plants: &mut Plants) {
     let mut heights = input.height.clone();
     let (width, rows) = (heights.width(), heights.height());
@@ -173,10 +177,11 @@ fn correct_by_shape(input: &Orthograph<'_>, terrain: &Raster<f32>, above: &mut R
     let over: Vec<f32> =
         heights.values().iter().zip(terrain.values()).map(|(z, ground)| (z - ground).max(0.0)).collect();
     let found = flat_and_high(&heights, &over, input.normal);
-    for ((tree, flat), patches) in plants.tree.values_mut().iter_mut().zip(found.flat).zip(found.patches) {
+    let shape = found.flat.iter().zip(&found.patches).zip(&over);
+    for (tree, ((flat, patches), over)) in plants.tree.values_mut().iter_mut().zip(shape) {
         let odds = *tree * (-patches).exp();
         *tree = odds / (odds + 1.0 - *tree);
-        if flat {
+        if *flat || *over > TALLEST_TREE {
             *tree = tree.min(FLAT_TREE);
         }
     }
@@ -359,6 +364,25 @@ mod tests {
         assert!(flat > 0.92, "{flat}");
         let slope = right(&scene(0.15), &SegmentParams::zhu2018());
         assert!(slope < flat - 0.02, "{slope} {flat}");
+    }
+
+    #[test]
+    fn nothing_as_high_as_a_tower_block_is_a_tree() {
+        // A green roof garden, too rough to be flat, 6 m and 60 m over the ground.
+        for (rise, expected) in [(0.0, Label::Tree), (54.0, Label::Building)] {
+            let mut scene = scene(0.0);
+            let mut random = Counter::new(8);
+            for y in 50..=130 {
+                for x in 40..=120 {
+                    let rough = 2.0 * random.unit() as f32;
+                    scene.height[(x, y)] = 106.0 + rise + rough;
+                    scene.colour[(x, y)] = [60, 110, 50];
+                }
+            }
+            let input = Orthograph { colour: Some(&scene.colour), height: &scene.height, normal: &scene.normal };
+            let found = segment(&input, &scene.ground, &green(), &SegmentParams::default()).unwrap();
+            assert_eq!(found.labels[(100, 110)], expected as u8, "{rise}");
+        }
     }
 
     #[test]
