@@ -164,30 +164,45 @@ fn part<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
 }
 
 /// Values in the order of their first use, found again by a hash table with linear probing.
-struct Seen<const N: usize> {
-    values: Vec<[i32; N]>,
+pub(crate) struct Seen<const N: usize> {
+    pub(crate) values: Vec<[i32; N]>,
     /// Index of a value plus one; 0 where free.
     slots: Vec<u32>,
 }
 
 impl<const N: usize> Seen<N> {
-    fn for_values(most: usize) -> Self {
+    /// Room for a number of values.
+    pub(crate) fn for_values(most: usize) -> Self {
         Self { values: Vec::new(), slots: vec![0; (2 * most).next_power_of_two().max(2)] }
     }
 
     /// The index of a value, which is added if it is new.
     #[inline]
-    fn index(&mut self, value: [i32; N]) -> u32 {
+    pub(crate) fn index(&mut self, value: [i32; N]) -> u32 {
+        match self.slot(value) {
+            (at, 0) => {
+                self.values.push(value);
+                self.slots[at] = self.values.len() as u32;
+                self.values.len() as u32 - 1
+            }
+            (_, index) => index - 1,
+        }
+    }
+
+    /// The index of a value that was seen.
+    #[inline]
+    pub(crate) fn find(&self, value: [i32; N]) -> Option<u32> {
+        self.slot(value).1.checked_sub(1)
+    }
+
+    /// The slot where a value is or would be, and what stands there.
+    #[inline]
+    fn slot(&self, value: [i32; N]) -> (usize, u32) {
         let mask = self.slots.len() - 1;
         let mut at = hash(&value) as usize & mask;
         loop {
             match self.slots[at] {
-                0 => {
-                    self.values.push(value);
-                    self.slots[at] = self.values.len() as u32;
-                    return self.values.len() as u32 - 1;
-                }
-                index if self.values[index as usize - 1] == value => return index - 1,
+                index if index == 0 || self.values[index as usize - 1] == value => return (at, index),
                 _ => at = (at + 1) & mask,
             }
         }

@@ -1,5 +1,6 @@
 //! Faults of the mesh itself, found city-wide whatever the grid: duplicate faces, slivers, floating parts.
 
+use crate::codec::Seen;
 use crate::spill::{Cell, Segment, Spill};
 use crate::triangle::{BlockTriangle, UNITS_PER_METRE};
 use rayon::prelude::*;
@@ -112,68 +113,63 @@ struct Part {
 /// The triangles of one cell, sorted by what hangs together.
 struct CellParts {
     triangles: Vec<(u64, BlockTriangle)>,
-    /// Distinct corners, ascending.
-    corners: Vec<[i32; 3]>,
+    /// Distinct corners, in the order of their first use, and those of each triangle.
+    corners: Seen<3>,
+    corners_of: Vec<[u32; 3]>,
     /// For each corner the number of its part.
     part_of: Vec<u32>,
     parts: Vec<Part>,
 }
 
 impl CellParts {
-    /// Parts are numbered by their first triangle. O(n log n).
+    /// Parts are numbered by their first triangle. O(n).
     fn read(spill: &Spill, segments: &[&Segment]) -> io::Result<Self> {
         let mut triangles = Vec::with_capacity(segments.iter().map(|s| s.count as usize).sum());
         for segment in segments {
             triangles.extend(spill.read(segment)?);
         }
-        let mut corners: Vec<[i32; 3]> = triangles.iter().flat_map(|(_, t)| t.corners).collect();
-        corners.sort_unstable();
-        corners.dedup();
-        let mut cell = Self { triangles, corners, part_of: Vec::new(), parts: Vec::new() };
-        let mut sets = Sets::new(cell.corners.len());
-        for (_, triangle) in &cell.triangles {
-            let [a, b, c] = triangle.corners.map(|corner| cell.index(corner));
+        let mut corners = Seen::for_values(3 * triangles.len());
+        let corners_of: Vec<[u32; 3]> =
+            triangles.iter().map(|(_, triangle)| triangle.corners.map(|corner| corners.index(corner))).collect();
+        let mut sets = Sets::new(corners.values.len());
+        for [a, b, c] in corners_of.iter().map(|ids| ids.map(|id| id as usize)) {
             sets.join(a, b);
             sets.join(a, c);
         }
-        let mut numbers = vec![u32::MAX; cell.corners.len()];
-        for (_, triangle) in &cell.triangles {
-            let root = sets.find(cell.index(triangle.corners[0]));
+        let mut numbers = vec![u32::MAX; corners.values.len()];
+        let mut parts: Vec<Part> = Vec::new();
+        for ((_, triangle), ids) in triangles.iter().zip(&corners_of) {
+            let root = sets.find(ids[0] as usize);
             let (min, max) = triangle.bounds();
             let bounds = Bounds { min, max };
             if numbers[root] == u32::MAX {
-                numbers[root] = cell.parts.len() as u32;
-                cell.parts.push(Part { bounds, triangles: 0 });
+                numbers[root] = parts.len() as u32;
+                parts.push(Part { bounds, triangles: 0 });
             }
-            let part = &mut cell.parts[numbers[root] as usize];
+            let part = &mut parts[numbers[root] as usize];
             part.bounds.join(&bounds);
             part.triangles += 1;
         }
-        cell.part_of = (0..cell.corners.len()).map(|i| numbers[sets.find(i)]).collect();
-        Ok(cell)
-    }
-
-    /// Index of a corner that is one of the cell's.
-    fn index(&self, corner: [i32; 3]) -> usize {
-        self.corners.partition_point(|c| *c < corner)
+        let part_of = (0..corners.values.len()).map(|i| numbers[sets.find(i)]).collect();
+        Ok(Self { triangles, corners, corners_of, part_of, parts })
     }
 
     /// The part that has a corner.
     fn part_at(&self, corner: [i32; 3]) -> Option<u32> {
-        self.corners.binary_search(&corner).ok().map(|i| self.part_of[i])
+        self.corners.find(corner).map(|i| self.part_of[i as usize])
     }
 
     /// Places of slivers, and of all but the first of the triangles with the same corners.
     fn repeated(&self) -> (Vec<u64>, Vec<u64>) {
-        let mut keys: Vec<([[i32; 3]; 3], u64)> = Vec::with_capacity(self.triangles.len());
+        let mut keys: Vec<([u32; 3], u64)> = Vec::with_capacity(self.triangles.len());
         let mut slivers = Vec::new();
-        for (place, triangle) in &self.triangles {
+        for ((place, triangle), ids) in self.triangles.iter().zip(&self.corners_of) {
             if triangle.is_sliver() {
                 slivers.push(*place);
             } else {
-                let mut corners = triangle.corners;
-                corners.sort_unstable();
-                keys.push((corners, *place));
+                let mut ids = *ids;
+                ids.sort_unstable();
+                keys.push((ids, *place));
             }
         }
         keys.sort_unstable();
@@ -260,7 +256,7 @@ pub(crate) fn inspect(spill: &Spill, segments: &[Segment]) -> io::Result<Inspect
 fn report(spill: &Spill, cell: Cell, segments: &[&Segment]) -> io::Result<CellReport> {
     let content = CellParts::read(spill, segments)?;
     let (slivers, twins) = content.repeated();
-    let abroad = content.corners.iter().zip(&content.part_of).filter_map(|(corner, part)| {
+    let abroad = content.corners.values.iter().zip(&content.part_of).filter_map(|(corner, part)| {
         let home = Cell::home(*corner);
         (home != cell).then_some((home, *corner, *part))
     });

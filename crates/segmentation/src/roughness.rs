@@ -116,47 +116,65 @@ pub(crate) fn box_mean(values: &[f32], width: usize, height: usize, radius: usiz
 
 /// Least value over the square window of `2·radius + 1` pixels, cut to the image at the border.
 ///
-/// van Herk 1992: running minima from both ends of blocks as long as the window, three comparisons a pixel and axis.
+/// Minima over windows of 1, 2, 4, … pixels, each of two of the one before; the last two overlap. O(log radius) for each pixel
+/// and axis, but on whole rows at a time, which is several times as fast as the three comparisons of van Herk (1992), one pixel
+/// after the other.
 pub(crate) fn box_min(values: &[f32], width: usize, height: usize, radius: usize) -> Vec<f32> {
-    let mut out = values.to_vec();
-    if radius == 0 {
-        return out;
-    }
+    let side = 2 * radius + 1;
+    let mut rows = Vec::with_capacity(values.len());
     let mut line = Vec::new();
-    for row in out.chunks_exact_mut(width) {
+    for row in values.chunks_exact(width) {
         line.clear();
+        line.resize(radius, f32::INFINITY);
         line.extend_from_slice(row);
-        sliding_min(&line, radius, row);
+        line.resize(width + 2 * radius, f32::INFINITY);
+        for shift in shifts(side) {
+            let (n, ahead) = (line.len() - shift, shift);
+            for i in 0..n {
+                line[i] = least(line[i], line[i + ahead]);
+            }
+            line.truncate(n);
+        }
+        rows.extend_from_slice(&line);
     }
-    // Columns in strips, so that each cache line is used whole.
-    const STRIP: usize = 16;
-    let mut column = vec![0.0; height];
-    let mut result = vec![0.0; height];
+    // Columns in strips that stay in the cache.
+    const STRIP: usize = 64;
+    let mut out = vec![0.0; values.len()];
+    let mut strip: Vec<[f32; STRIP]> = Vec::new();
     for x0 in (0..width).step_by(STRIP) {
-        for x in x0..(x0 + STRIP).min(width) {
-            column.iter_mut().enumerate().for_each(|(y, c)| *c = out[y * width + x]);
-            sliding_min(&column, radius, &mut result);
-            result.iter().enumerate().for_each(|(y, r)| out[y * width + x] = *r);
+        let wide = STRIP.min(width - x0);
+        strip.clear();
+        strip.resize(height + 2 * radius, [f32::INFINITY; STRIP]);
+        for (y, line) in rows.chunks_exact(width).enumerate() {
+            strip[radius + y][..wide].copy_from_slice(&line[x0..x0 + wide]);
+        }
+        for shift in shifts(side) {
+            for y in 0..strip.len() - shift {
+                let ahead = strip[y + shift];
+                strip[y].iter_mut().zip(ahead).for_each(|(a, b)| *a = least(*a, b));
+            }
+            strip.truncate(strip.len() - shift);
+        }
+        for (line, least) in out.chunks_exact_mut(width).zip(&strip) {
+            line[x0..x0 + wide].copy_from_slice(&least[..wide]);
         }
     }
     out
 }
 
-fn sliding_min(line: &[f32], radius: usize, out: &mut [f32]) {
-    let side = 2 * radius + 1;
-    let n = line.len() + 2 * radius;
-    let at = |i: usize| if i < radius || i >= radius + line.len() { f32::INFINITY } else { line[i - radius] };
-    let mut ahead = vec![f32::INFINITY; n];
-    let mut behind = vec![f32::INFINITY; n];
-    for i in 0..n {
-        ahead[i] = if i % side == 0 { at(i) } else { ahead[i - 1].min(at(i)) };
-    }
-    for i in (0..n).rev() {
-        behind[i] = if i % side == side - 1 || i + 1 == n { at(i) } else { behind[i + 1].min(at(i)) };
-    }
-    for (i, out) in out.iter_mut().enumerate() {
-        *out = behind[i].min(ahead[i + side - 1]);
-    }
+/// By how many pixels a row of minima is laid over itself, time after time, until each covers `side` pixels.
+fn shifts(side: usize) -> impl Iterator<Item = usize> {
+    let mut covered = 1;
+    std::iter::from_fn(move || {
+        let shift = covered.min(side - covered);
+        covered += shift;
+        (shift > 0).then_some(shift)
+    })
+}
+
+#[inline]
+fn least(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 #[cfg(test)]
