@@ -44,7 +44,7 @@ pub(crate) fn missing_walls(
 }
 
 /// The pixels around which all within `radius` rows and columns are set.
-fn middles(set: &Raster<bool>, radius: usize) -> Raster<bool> {
+pub(crate) fn middles(set: &Raster<bool>, radius: usize) -> Raster<bool> {
     let window = set.window();
     let (w, h) = (window.width, window.height);
     let narrowed = |values: &[bool], count: usize, length: usize, index: &dyn Fn(usize, usize) -> usize| {

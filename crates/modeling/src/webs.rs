@@ -5,6 +5,7 @@
 //! falls by more than it is wide.
 
 use crate::input::BuildingInput;
+use crate::leaks::middles;
 use crate::surface::NONE;
 use gable_geometry::Plane;
 use gable_ortho::Raster;
@@ -40,15 +41,9 @@ pub(crate) fn without(input: &BuildingInput, surface: &mut Raster<u16>, planes: 
         let (x, y) = (p % w, p / w);
         [(x > 0).then(|| p - 1), (x + 1 < w).then(|| p + 1), (y > 0).then(|| p - w), (y + 1 < h).then(|| p + w)]
     };
-    let reach = ((0.5 * WIDE / window.step) as usize).max(1);
-    let is_wide = |p: usize| {
-        let (x, y) = (p % w, p / w);
-        x >= reach
-            && y >= reach
-            && x + reach < w
-            && y + reach < h
-            && (y - reach..=y + reach).all(|y| low[y * w + x - reach..=y * w + x + reach].iter().all(|&l| l))
-    };
+    let low = Raster::new(window, low);
+    let wide = middles(&low, ((0.5 * WIDE / window.step) as usize).max(1));
+    let low = low.values();
     let mut seen = vec![false; w * h];
     let mut gone = Vec::new();
     for start in (0..w * h).filter(|&p| low[p]) {
@@ -57,10 +52,10 @@ pub(crate) fn without(input: &BuildingInput, surface: &mut Raster<u16>, planes: 
         }
         let mut part = vec![start];
         seen[start] = true;
-        let (mut next, mut wide, mut open) = (0, false, false);
+        let (mut next, mut is_wide, mut open) = (0, false, false);
         while let Some(&p) = part.get(next) {
             next += 1;
-            wide |= is_wide(p);
+            is_wide |= wide.values()[p];
             for q in around(p) {
                 match q {
                     Some(q) if low[q] && !seen[q] => {
@@ -72,7 +67,7 @@ pub(crate) fn without(input: &BuildingInput, surface: &mut Raster<u16>, planes: 
                 }
             }
         }
-        if open && wide && fall(&part, &input.height) >= FALL * (part.len() as f64).sqrt() * window.step {
+        if open && is_wide && fall(&part, &input.height) >= FALL * (part.len() as f64).sqrt() * window.step {
             gone.append(&mut part);
         }
     }
