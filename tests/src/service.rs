@@ -385,7 +385,8 @@ impl Service {
     /// If it is not in time, or ends in another state.
     pub fn expect(&self, job: &str, state: &str, limit: Duration) {
         let found = self.wait(job, limit);
-        assert_eq!(found, state, "{}", self.get(&format!("/jobs/{job}")));
+        let failed: Vec<_> = self.units(job).into_iter().filter(|u| u[2] == "failed").collect();
+        assert_eq!(found, state, "{failed:?} {}", self.get(&format!("/jobs/{job}")));
     }
 
     /// Waits until a job has come to a stage.

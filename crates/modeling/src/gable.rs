@@ -94,27 +94,26 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
     let outline = outline(input);
     let frames = facade_frames(&outline);
     let (planes, labels) = roof_planes(input, &frames, params);
-    if let Some(found) = with_planes(input, &planes, &labels, &frames, base, params)? {
+    let mut surface = complete(&labels, &planes, &input.height, &input.mask);
+    let left = webs::without(input, &mut surface, &planes);
+    if let Some(found) = with_planes(left.as_ref().unwrap_or(input), &planes, surface, &frames, base, params)? {
         return Ok(found);
     }
     let level = [Plane::horizontal(median_height(input))];
     let all = input.mask.map(|&m| if m { 0 } else { NONE });
     let coarse = Params { collinear: 0.0, beta: 0.0, min_cell_area: 0.0, ..params.clone() };
-    with_planes(input, &level, &all, &[], base, &coarse)?.ok_or_else(|| "no roof stands above the ground".to_owned())
+    with_planes(input, &level, all, &[], base, &coarse)?.ok_or_else(|| "no roof stands above the ground".to_owned())
 }
 
-/// The partition for given planes; `None` if none of them covers anything.
+/// The partition for given planes, and which of them each pixel of the mask lies on; `None` if none covers anything.
 fn with_planes(
     input: &BuildingInput,
     planes: &[Plane],
-    labels: &Raster<u16>,
+    mut surface: Raster<u16>,
     frames: &[f64],
     base: f64,
     params: &Params,
 ) -> Result<Option<Reconstruction>, String> {
-    let mut surface = complete(labels, planes, &input.height, &input.mask);
-    let left = webs::without(input, &mut surface, planes);
-    let input = left.as_ref().unwrap_or(input);
     let limits = Limits { area: params.superstructure_area, speck: SPECK, step: MEETING };
     superstructures::remove(&mut surface, planes, limits);
     let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);

@@ -79,15 +79,14 @@ fn run_here(
         return Err(unseen(input));
     }
     let coloured = is_coloured(&seen);
-    let (ground, saturation) =
-        clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, &mut failures))?;
-    let saturation = coloured.then_some(saturation);
+    let (ground, survey) =
+        clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, coloured, &mut failures))?;
     let known = params.segmentation.footprints.as_deref();
     let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
     let known = known.as_ref();
     workspace.rest_on(&["labels", "models"], &format!("{:?}", failures.blocks()))?;
     let (labelled, holes) = clock.time(Stage::Segment, || {
-        let labelled = segment::segment(&context, &ortho, &ground, blocks.frame(), known, saturation)?;
+        let labelled = segment::segment(&context, &ortho, &ground, blocks.frame(), known, &survey)?;
         labelled.failed.iter().for_each(|(window, reason)| failures.add_window(&blocks, *window, reason));
         let holes = holes::holes(&context, &blocks, &labelled, &failures.blocks())?;
         Ok((labelled, holes))

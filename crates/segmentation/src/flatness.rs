@@ -63,10 +63,12 @@ pub(crate) struct Flatness {
 
 /// Looks for flat windows and planar patches.
 ///
-/// `heights` and `above` (over the ground) have no NaN; all rasters lie on one window. Reach: 10 m. O(pixels).
-pub(crate) fn flat_and_high(heights: &Raster<f32>, above: &[f32], normal: &Raster<[f32; 3]>) -> Flatness {
+/// `heights` and `above` (over the ground) have no NaN; all rasters lie on one window. Distances to planes may be `noise` times as
+/// large as on a mesh of the usual noise. Reach: 10 m. O(pixels).
+pub(crate) fn flat_and_high(heights: &Raster<f32>, above: &[f32], normal: &Raster<[f32; 3]>, noise: f64) -> Flatness {
     let (w, h, step) = (heights.width(), heights.height(), heights.window().step);
     let radius = |side: f64| ((side / step - 1.0) / 2.0).round().max(1.0) as usize;
+    let bound = |residual: f32| residual * noise as f32;
     let own = plane_residual(heights.values(), w, h, radius(OWN_SIDE));
     let borders = facet_borders(normal);
     let mut flat = vec![false; own.len()];
@@ -80,18 +82,18 @@ pub(crate) fn flat_and_high(heights: &Raster<f32>, above: &[f32], normal: &Raste
         coarse.for_each(|(r, _)| *r = f32::INFINITY);
         let least = box_min(&residual, w, h, r);
         for ((flat, least), own) in flat.iter_mut().zip(&least).zip(&own) {
-            *flat |= *least <= scale.residual && *own <= OWN_RESIDUAL;
+            *flat |= *least <= bound(scale.residual) && *own <= bound(OWN_RESIDUAL);
         }
     }
     let high: Vec<bool> = above.iter().map(|&z| z >= HIGH).collect();
     let certainty = |area: f32| (PATCH_POWER * (area / PATCH_AREA).ln()).clamp(0.0, PATCH_CERTAINTY);
-    let says: Vec<f32> = patch_areas(heights, &high, &borders).into_iter().map(certainty).collect();
+    let says: Vec<f32> = patch_areas(heights, &high, &borders, noise).into_iter().map(certainty).collect();
     let mean = |of: &[f32]| box_mean(of, w, h, radius(PATCH_WINDOW));
     let share = |of: &mut dyn Iterator<Item = bool>| mean(&of.map(|is| f32::from(u8::from(is))).collect::<Vec<f32>>());
     let (sum, high) = (mean(&says), share(&mut high.iter().copied()));
     let covered = share(&mut says.iter().map(|&says| says > 0.0));
     let patches = (0..own.len())
-        .map(|p| match covered[p] > 0.0 && covered[p] >= PATCH_SHARE * high[p] && own[p] <= OWN_RESIDUAL {
+        .map(|p| match covered[p] > 0.0 && covered[p] >= PATCH_SHARE * high[p] && own[p] <= bound(OWN_RESIDUAL) {
             true => (2.0 * sum[p] / high[p]).min(PATCH_CERTAINTY),
             false => 0.0,
         })
@@ -127,7 +129,7 @@ mod tests {
             (0..WINDOW.len()).map(|p| (height(at(p).x, at(p).y) + 0.1 * (random.unit() - 0.5)) as f32).collect();
         let normal = (0..WINDOW.len()).map(|p| [if dense { p as f32 } else { 0.0 }, 0.0, 1.0]).collect();
         let above = z.clone();
-        let found = flat_and_high(&Raster::new(WINDOW, z), &above, &Raster::new(WINDOW, normal));
+        let found = flat_and_high(&Raster::new(WINDOW, z), &above, &Raster::new(WINDOW, normal), 1.0);
         let is = |p: usize| found.flat[p] || found.patches[p] > 3.0;
         let near: Vec<usize> = (0..WINDOW.len()).filter(|&p| at(p).abs().max_element() < 3.0).collect();
         near.iter().filter(|&&p| is(p)).count() as f64 / near.len() as f64

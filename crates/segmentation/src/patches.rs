@@ -30,10 +30,11 @@ const DENSE_AREA: f64 = 6.0;
 ///
 /// A patch grows from the flattest pixel that is left, over neighbours that lie near its plane and slope like it; the plane
 /// is fitted anew each time the patch has doubled (Rabbani 2006 grows by normals alone). Only pixels of `grows` belong to
-/// patches. `borders` is 1 where a pixel's facet is not that of the pixel to the east, see [`facets`].
+/// patches. `borders` is 1 where a pixel's facet is not that of the pixel to the east, see [`facets`]. Distances and
+/// slopes may differ `noise` times as much as on a mesh of the usual noise.
 ///
 /// O(pixels).
-pub(crate) fn patch_areas(heights: &Raster<f32>, grows: &[bool], borders: &[f32]) -> Vec<f32> {
+pub(crate) fn patch_areas(heights: &Raster<f32>, grows: &[bool], borders: &[f32], noise: f64) -> Vec<f32> {
     let (width, step) = (heights.width(), heights.window().step);
     let radius = ((WINDOW / step - 1.0) / 2.0).round().max(1.0) as usize;
     let fits = plane_fit(heights.values(), width, heights.height(), radius, |fit| fit);
@@ -43,11 +44,11 @@ pub(crate) fn patch_areas(heights: &Raster<f32>, grows: &[bool], borders: &[f32]
     let dense = facets(all(), borders) * DENSE_AREA >= FACETS * all().count() as f64 * step * step;
     let least = if dense { DENSE_FACETS } else { FACETS };
     let mut patch = Vec::new();
-    for seed in by_residual(&fits) {
+    for seed in by_residual(&fits, SEED * noise as f32) {
         if !free[seed] {
             continue;
         }
-        grow(seed, heights, &fits, &mut free, &mut patch);
+        grow(seed, heights, &fits, noise, &mut free, &mut patch);
         if facets(patch.iter().copied(), borders) >= least {
             let area = (patch.len() as f64 * step * step) as f32;
             patch.iter().for_each(|&p| areas[p] = area);
@@ -63,12 +64,12 @@ fn facets(pixels: impl Iterator<Item = usize>, borders: &[f32]) -> f64 {
     if n > 0.0 { crossed * crossed / (2.3 * n) } else { 0.0 }
 }
 
-/// The pixels that may be seeds, the flattest first, equal ones in their order; residuals are told apart by the millimetre.
-fn by_residual(fits: &[PlaneFit]) -> Vec<usize> {
+/// The pixels of at most some residual, the flattest first, equal ones in their order; residuals are told apart by the millimetre.
+fn by_residual(fits: &[PlaneFit], most: f32) -> Vec<usize> {
     let key = |fit: &PlaneFit| (fit.residual * 1000.0) as usize;
-    let keys = (SEED * 1000.0) as usize + 1;
+    let keys = (most * 1000.0) as usize + 1;
     let mut begin = vec![0; keys + 1];
-    let seeds = || fits.iter().enumerate().filter(|(_, fit)| fit.residual <= SEED);
+    let seeds = || fits.iter().enumerate().filter(|(_, fit)| fit.residual <= most);
     seeds().for_each(|(_, fit)| begin[key(fit) + 1] += 1);
     for k in 0..keys {
         begin[k + 1] += begin[k];
@@ -83,7 +84,7 @@ fn by_residual(fits: &[PlaneFit]) -> Vec<usize> {
 }
 
 /// Takes the patch of a seed out of `free`.
-fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], free: &mut [bool], patch: &mut Vec<usize>) {
+fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], noise: f64, free: &mut [bool], patch: &mut Vec<usize>) {
     let (width, rows, step) = (heights.width(), heights.height(), heights.window().step);
     let z = heights.values();
     // Metres from the seed, east, north and up: small numbers, so that sums of squares keep their digits.
@@ -92,6 +93,7 @@ fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], free: &mut [bool]
         [column * step, row * step, f64::from(z[p]) - f64::from(z[seed])]
     };
     let slope = |p: usize| fits[p].slope.map(|s| f64::from(s) / step);
+    let distance = DISTANCE * noise;
     let mut plane = (slope(seed), 0.0);
     let mut sums = Sums::default();
     patch.clear();
@@ -107,7 +109,7 @@ fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], free: &mut [bool]
             plane = sums.plane().unwrap_or(plane);
         }
         let ([a, b], c) = plane;
-        let turn = SLOPE * SLOPE * (1.0 + a * a + b * b);
+        let turn = (SLOPE * noise).powi(2) * (1.0 + a * a + b * b);
         let (column, row) = (p % width, p / width);
         let neighbours = [
             (column + 1 < width).then(|| p + 1),
@@ -117,7 +119,8 @@ fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], free: &mut [bool]
         ];
         for q in neighbours.into_iter().flatten() {
             let ([x, y, z], [u, v]) = (from_seed(q), slope(q));
-            if free[q] && (z - c - a * x - b * y).abs() <= DISTANCE && (u - a).powi(2) + (v - b).powi(2) <= turn {
+            let (near, alike) = ((z - c - a * x - b * y).abs() <= distance, (u - a).powi(2) + (v - b).powi(2) <= turn);
+            if free[q] && near && alike {
                 free[q] = false;
                 patch.push(q);
             }
@@ -168,11 +171,18 @@ mod tests {
 
     // Areas of the patches of a surface under 0.05 m of noise, every pixel a facet.
     fn found(height: impl Fn(f64, f64) -> f64) -> Vec<f32> {
+        found_under(1.0, 1.0, height)
+    }
+
+    // The same under `rough` times the noise, on a mesh that is said to have `noise` times the usual.
+    fn found_under(rough: f64, noise: f64, height: impl Fn(f64, f64) -> f64) -> Vec<f32> {
         let mut random = Counter::new(3);
         let at = |p: usize| WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30);
-        let z = (0..WINDOW.len()).map(|p| (height(at(p).x, at(p).y) + 0.1 * (random.unit() - 0.5)) as f32).collect();
+        let z = (0..WINDOW.len())
+            .map(|p| (height(at(p).x, at(p).y) + 0.1 * rough * (random.unit() - 0.5)) as f32)
+            .collect();
         let all = vec![true; WINDOW.len()];
-        patch_areas(&Raster::new(WINDOW, z), &all, &vec![1.0; WINDOW.len()])
+        patch_areas(&Raster::new(WINDOW, z), &all, &vec![1.0; WINDOW.len()], noise)
     }
 
     #[test]
@@ -186,6 +196,19 @@ mod tests {
         let roof: Vec<usize> = (0..areas.len()).filter(|&p| on_roof(p)).collect();
         let share = roof.iter().filter(|&&p| areas[p] >= 4.0).count() as f64 / roof.len() as f64;
         assert!(share > 0.6, "{share}");
+    }
+
+    #[test]
+    fn on_a_noisy_mesh_a_roof_has_patches_if_the_noise_is_known() {
+        let shed = |x: f64, y: f64| if x.abs().max(y.abs()) < 4.0 { 5.0 + 0.3 * x } else { 0.0 };
+        let middle = |noise: f64| {
+            let areas = found_under(7.0, noise, shed);
+            let near = |p: &usize| (WINDOW.centre(p % 80, p / 80) - WINDOW.centre(40, 30)).abs().max_element() < 3.0;
+            let near: Vec<usize> = (0..areas.len()).filter(near).collect();
+            near.iter().filter(|&&p| areas[p] >= 8.0).count() as f64 / near.len() as f64
+        };
+        let (unknown, known) = (middle(1.0), middle(2.0));
+        assert!(unknown < 0.4 && known > 0.8, "{unknown} {known}");
     }
 
     #[test]
@@ -215,7 +238,7 @@ mod tests {
                     *border = 1.0;
                 }
             }
-            patch_areas(&heights, &all, &borders)[middle]
+            patch_areas(&heights, &all, &borders, 1.0)[middle]
         };
         assert!(areas(1.0) > 80.0);
         assert_eq!(areas(0.02), 0.0);

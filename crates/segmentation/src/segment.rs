@@ -55,6 +55,8 @@ pub struct SegmentParams {
     pub smoothness: f64,
     /// Share of the smoothness that is left across height steps of a metre and more (the paper's: 0).
     pub step_smoothness: f64,
+    /// Noise of the mesh as a multiple of the usual, see [`crate::noise()`]; what is flat is told by it.
+    pub noise: f64,
     /// Cleaning of the building label.
     pub cleanup: CleanupParams,
 }
@@ -70,6 +72,7 @@ impl Default for SegmentParams {
             doubt: 0.02,
             smoothness: 2.0,
             step_smoothness: 0.1,
+            noise: 1.0,
             cleanup: CleanupParams::default(),
         }
     }
@@ -88,6 +91,7 @@ impl SegmentParams {
             doubt: 0.0,
             smoothness: 1.0,
             step_smoothness: 0.0,
+            noise: 1.0,
             cleanup: CleanupParams::zhu2018(),
         }
     }
@@ -148,7 +152,7 @@ pub fn segment(
             *above = (input.height.values()[i] - ground).max(0.0) + 0.0 * input.height.values()[i];
         }
         if params.method == Method::Likelihood {
-            correct_by_shape(input, terrain, &mut above, &mut plants);
+            correct_by_shape(input, terrain, params.noise, &mut above, &mut plants);
         }
         let unary = data_term(&above, &plants, features.needs_colour(), params);
         (labels, energy) = cut(window.width, window.height, &unary, &right, &up)?;
@@ -167,7 +171,13 @@ const TALLEST_TREE: f32 = 50.0;
 
 /// What shape alone decides: flat surfaces and what stands higher than trees grow are no crowns, and narrow, deep gaps lead
 /// down to the ground.
-fn correct_by_shape(input: &Orthograph<'_>, terrain: &Raster<f32>, above: &mut Raster<f32>, plants: &mut Plants) {
+fn correct_by_shape(
+    input: &Orthograph<'_>,
+    terrain: &Raster<f32>,
+    noise: f64,
+    above: &mut Raster<f32>,
+    plants: &mut Plants,
+) {
     let mut heights = input.height.clone();
     let (width, rows) = (heights.width(), heights.height());
     fill_missing(heights.values_mut(), width, rows, 4);
@@ -176,7 +186,7 @@ fn correct_by_shape(input: &Orthograph<'_>, terrain: &Raster<f32>, above: &mut R
     }
     let over: Vec<f32> =
         heights.values().iter().zip(terrain.values()).map(|(z, ground)| (z - ground).max(0.0)).collect();
-    let found = flat_and_high(&heights, &over, input.normal);
+    let found = flat_and_high(&heights, &over, input.normal, noise);
     let shape = found.flat.iter().zip(&found.patches).zip(&over);
     for (tree, ((flat, patches), over)) in plants.tree.values_mut().iter_mut().zip(shape) {
         let odds = *tree * (-patches).exp();

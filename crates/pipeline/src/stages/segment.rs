@@ -3,6 +3,7 @@
 //! The lattice hangs on the local origin, not on the grid, so that a pixel gets the same label whatever the blocks; a
 //! patch sees a margin around itself and keeps its core.
 
+use super::terrain::Survey;
 use super::{Context, prepare};
 use crate::artefact::{self, LabelTile};
 use crate::failure::{guarded, is_local};
@@ -29,19 +30,18 @@ pub(crate) struct Labelled {
     pub(crate) failed: Vec<(GridWindow, String)>,
 }
 
-/// Labels all patches with data. `saturation` brings the colours to the measure of other cities; without it the mesh has
-/// no photographs.
+/// Labels all patches with data.
 pub(crate) fn segment(
     context: &Context<'_>,
     ortho: &Mosaic<Orthograph>,
     terrain: &Terrain,
     frame: &Frame,
     footprints: Option<&Known>,
-    saturation: Option<f32>,
+    survey: &Survey,
 ) -> Result<Labelled, PipelineError> {
     let patches = patches(ortho, context.params.segmentation.patch);
     context.observer.stage(Stage::Segment, patches.len());
-    let labeller = Labeller::new(context, frame, footprints, saturation)?;
+    let labeller = Labeller::new(context, frame, footprints, survey)?;
     let done: Vec<(GridWindow, Result<Found, String>)> = patches
         .par_iter()
         .map(|&patch| {
@@ -218,13 +218,14 @@ impl<'a> Labeller<'a> {
         context: &Context<'_>,
         frame: &'a Frame,
         footprints: Option<&'a Known>,
-        saturation: Option<f32>,
+        survey: &Survey,
     ) -> Result<Self, PipelineError> {
-        let model = classifier(context, saturation.is_some())?;
+        let model = classifier(context, survey.saturation.is_some())?;
         // The published features see what the camera saw.
-        let saturation = if model.features == FeatureSet::Full { saturation } else { None };
+        let saturation = survey.saturation.filter(|_| model.features == FeatureSet::Full).map(|factor| factor as f32);
+        let params = SegmentParams { noise: survey.noise, ..segment_params(context.params) };
         let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
-        Ok(Self { model, saturation, params: segment_params(context.params), given, footprints, frame })
+        Ok(Self { model, saturation, params, given, footprints, frame })
     }
 
     /// The labels of a patch, its components, and the evidence on each.

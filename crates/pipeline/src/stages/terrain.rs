@@ -1,4 +1,5 @@
-//! What has to be known of the whole city before a part of it is labelled: the ground surface, and how colourful it is.
+//! What has to be known of the whole city before a part of it is labelled: the ground surface, and how colourful and how noisy it
+//! is.
 
 use super::Context;
 use super::split::Blocks;
@@ -6,18 +7,35 @@ use crate::failure::{Failures, guarded, is_local};
 use crate::mosaic::Mosaic;
 use crate::{PipelineError, Stage};
 use gable_ortho::Orthograph;
-use gable_segmentation::{CoarseHeights, GreenExcess, Terrain, TerrainParams};
+use gable_segmentation::{CoarseHeights, GreenExcess, Terrain, TerrainParams, noise};
+use serde::{Deserialize, Serialize};
 
-/// The ground under all sampled tiles, and the factor that brings their colours to one measure. Memory is that of the
-/// coarse cells: 64 bytes for each 4 m².
+/// What the flight of a city is like.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Survey {
+    /// The factor that brings the colours to the measure of other cities; `None` without photographs.
+    pub(crate) saturation: Option<f64>,
+    /// Noise of the mesh as a multiple of the usual.
+    pub(crate) noise: f64,
+}
+
+/// The ground of a city, and what its flight is like, from the counts of all its parts.
+pub(crate) fn whole(heights: &CoarseHeights, green: &GreenExcess, coloured: bool) -> (Terrain, Survey) {
+    let ground = Terrain::from_coarse(heights, &TerrainParams::default());
+    let survey = Survey { saturation: coloured.then(|| f64::from(green.saturation())), noise: noise(heights, &ground) };
+    (ground, survey)
+}
+
+/// The ground under all sampled tiles, and what their flight is like. Memory is that of the coarse cells: 64 bytes for each 4 m².
 ///
 /// A tile that cannot be read is left out of the mosaic, and its block has failed.
 pub(crate) fn terrain(
     context: &Context<'_>,
     blocks: &Blocks,
     ortho: &mut Mosaic<Orthograph>,
+    coloured: bool,
     failures: &mut Failures,
-) -> Result<(Terrain, f32), PipelineError> {
+) -> Result<(Terrain, Survey), PipelineError> {
     let tiles = ortho.tiles().len();
     context.observer.stage(Stage::Terrain, tiles);
     let mut coarse = CoarseHeights::new(context.params.segmentation.terrain_cell);
@@ -40,5 +58,5 @@ pub(crate) fn terrain(
         context.observer.done(Stage::Terrain, &name);
     }
     ortho.leave_out(&lost);
-    Ok((Terrain::from_coarse(&coarse, &TerrainParams::default()), green.saturation()))
+    Ok(whole(&coarse, &green, coloured))
 }

@@ -5,6 +5,7 @@ use super::textures::Packed;
 use super::{Unit, UnitInput, UnitResult, UnitTask, given};
 use crate::known::Known;
 use crate::stages::segment::Labeller;
+use crate::stages::terrain::Survey;
 use crate::stages::{model, split as stage};
 use crate::{PipelineError, Stage, artefact, run};
 use gable_blocks::{BlocksError, Defects, Outliers, SplitReport, write_block};
@@ -22,7 +23,7 @@ pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let known = params.segmentation.footprints.as_deref();
     known.map(|path| Known::read(path, blocks.frame())).transpose()?;
     model::known_roofs(params, blocks.frame())?;
-    Labeller::new(context, blocks.frame(), None, Some(1.0))?;
+    Labeller::new(context, blocks.frame(), None, &Survey { saturation: Some(1.0), noise: 1.0 })?;
 
     let mut result = UnitResult { made: given::take(params, folder)?, ..UnitResult::default() };
     artefact::create_dir(&folder.join("textures"))?;

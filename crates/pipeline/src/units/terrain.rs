@@ -6,8 +6,9 @@ use crate::stages::prepare;
 use crate::stages::sample::{self, Seen};
 use crate::stages::segment as patches;
 use crate::stages::split::Blocks;
+use crate::stages::terrain::{Survey, whole};
 use crate::{PipelineError, Stage, artefact, run};
-use gable_segmentation::{CoarseHeights, GreenExcess, Terrain, TerrainParams};
+use gable_segmentation::{CoarseHeights, GreenExcess};
 use serde::{Deserialize, Serialize};
 
 /// What a patch has to be told.
@@ -15,8 +16,8 @@ use serde::{Deserialize, Serialize};
 pub(super) struct PatchDetail {
     /// South-western pixel.
     pub(super) corner: [i64; 2],
-    /// The factor that brings the colours to the measure of other cities; `None` without photographs.
-    pub(super) saturation: Option<f64>,
+    /// What the flight of the city is like.
+    pub(super) survey: Survey,
     /// The pieces of the mosaic that it sees.
     pub(super) pieces: Vec<sample::Piece>,
 }
@@ -45,13 +46,12 @@ pub(super) fn terrain(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
             |first| context.failed(Stage::Sample, "every block", &first.reason),
         ));
     }
-    let ground = Terrain::from_coarse(&heights, &TerrainParams::default());
-    let cells = ground.heights().window();
     let coloured = run::is_coloured(&only);
+    let (ground, survey) = whole(&heights, &green, coloured);
+    let cells = ground.heights().window();
     artefact::create_dir(&folder.join("terrain"))?;
     let mut made = terrain_file::write(folder, &ground)?;
 
-    let saturation = coloured.then(|| f64::from(green.saturation()));
     let sampled = Sampled { blocks: seen, coloured, terrain: cells };
     let mosaic = sample::mosaic(context, sampled.pieces());
     let tasks = patches::patches(&mosaic, params.segmentation.patch).into_iter().map(|patch| {
@@ -63,7 +63,7 @@ pub(super) fn terrain(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         reads.extend(pieces.iter().map(|p| p.file.clone()));
         reads.extend(terrain_file::tiles(cells, window));
         reads.extend(given::reads(unit.job.params, &["weights", "labels", "footprints"]));
-        let detail = PatchDetail { corner: [patch.x0, patch.y0], saturation, pieces };
+        let detail = PatchDetail { corner: [patch.x0, patch.y0], survey, pieces };
         let input = UnitInput {
             reads,
             reuse: true,
