@@ -193,6 +193,24 @@ fn a_house_goes_on_under_trees() {
     }
 }
 
+#[test]
+fn a_hedge_hides_no_wall() {
+    // A crown over a corner, and a hedge along all of the wall that goes on under it.
+    let house = |p: DVec2| in_box(p, 14.0, 9.0);
+    let mut seen = with_crown(building(1, 14.0, |p| house(p).then_some(6.0)), dvec2(6.5, 4.5), 3.0);
+    let (window, turn) = (seen.window(), DVec2::from_angle(-20f64.to_radians()));
+    for p in 0..window.len() {
+        let at = turn.rotate(window.centre(p % window.width, p / window.width));
+        if at.x.abs() < 7.5 && at.y > 4.5 && at.y < 5.3 && !seen.mask.values()[p] && !seen.crowns.values()[p] {
+            seen.crowns.values_mut()[p] = true;
+            seen.height.values_mut()[p] = 1.5;
+        }
+    }
+    let model = made(&seen);
+    assert!(iou(&model, house) > 0.96, "{}", iou(&model, house));
+    assert_eq!(count(&model, Semantic::WallSurface), 4);
+}
+
 /// What is added under a crown, in the frame of the building.
 fn added(seen: &BuildingInput) -> Vec<DVec2> {
     let Some(whole) = crate::gable::completed(seen) else { return Vec::new() };

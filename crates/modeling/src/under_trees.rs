@@ -12,6 +12,15 @@ use gable_ortho::{GridWindow, Raster};
 /// A bite shorter than this along the outline is noise of the labels, metres; so is a glimpse of the outline between leaves.
 const SHORTEST_RUN: f64 = 1.0;
 
+/// Leaves are looked for on so many pixels beside the outline.
+const BESIDE: i32 = 3;
+
+/// Leaves stand lower than a roof if they do so by this, metres,
+const BELOW_ROOF: f32 = 0.5;
+
+/// against the roof so many pixels inside the outline.
+const INSIDE: i32 = 2;
+
 /// Beside leaves the outline is rounded and decides nothing, metres.
 const ROUNDED: f64 = 0.6;
 
@@ -62,24 +71,26 @@ const SNAP: f64 = 0.14;
 /// The building with what crowns hide of it: the mask is completed, and has no height there, so that the roof's planes go on
 /// over it. `None` if nothing is added. `frames` are the facade directions.
 ///
-/// A wall goes on only under leaves, and not far. Where a crown hides both corners of a wing, the wing goes on as far as anything of
+/// A wall goes on only under leaves, and not far. All leaves beside the outline may hide it, or only the high ones: both are
+/// tried, for a crown hangs low beside a roof where it is round, and a hedge along a wall would hide a wall that is seen. Where a crown hides both corners of a wing, the wing goes on as far as anything of
 /// its end is seen. O(pixels).
 pub(crate) fn complete(input: &BuildingInput, frames: &[f64]) -> Option<BuildingInput> {
     let mut out = input.clone();
     let most = SHARE * input.mask.values().iter().filter(|&&m| m).count() as f64;
     let mut added = false;
     for ring in trace_outline(&input.mask) {
-        let contour = Contour::new(ring.points, &input.crowns);
-        for run in contour.runs(true) {
-            let Some(bite) = contour.bite(run, frames) else { continue };
-            let pixels = pixels_in(&bite, &input.mask);
-            let leaves = pixels.iter().filter(|&&p| input.crowns.values()[p]).count() as f64;
-            let count = pixels.len() as f64;
-            if count > 0.0 && count <= most && leaves >= LEAVES * count {
-                added = true;
-                for p in pixels {
-                    out.mask.values_mut()[p] = true;
-                    out.height.values_mut()[p] = f32::NAN;
+        for leaves in [Leaves::All, Leaves::High] {
+            let contour = Contour::new(&ring.points, input, leaves);
+            for bite in contour.runs(true).into_iter().filter_map(|run| contour.bite(run, frames)) {
+                let pixels = pixels_in(&bite, &input.mask);
+                let leaves = pixels.iter().filter(|&&p| input.crowns.values()[p]).count() as f64;
+                let count = pixels.len() as f64;
+                if count > 0.0 && count <= most && leaves >= LEAVES * count {
+                    added = true;
+                    for p in pixels {
+                        out.mask.values_mut()[p] = true;
+                        out.height.values_mut()[p] = f32::NAN;
+                    }
                 }
             }
         }
@@ -104,6 +115,14 @@ fn pixels_in(ring: &[DVec2], mask: &Raster<bool>) -> Vec<usize> {
     out
 }
 
+/// Which leaves beside an outline hide it.
+#[derive(Clone, Copy)]
+enum Leaves {
+    All,
+    /// Those as high as the roof: a hedge hides nothing from above.
+    High,
+}
+
 /// A boundary of the mask, which lies to its left.
 struct Contour {
     points: Vec<DVec2>,
@@ -123,18 +142,26 @@ struct Hidden {
 }
 
 impl Contour {
-    fn new(points: Vec<DVec2>, crowns: &Raster<bool>) -> Self {
-        let (n, step) = (points.len(), crowns.window().step);
-        let leaves = |at: DVec2| crowns.window().pixel(at).is_some_and(|pixel| crowns[pixel]);
+    fn new(points: &[DVec2], input: &BuildingInput, which: Leaves) -> Self {
+        let (n, window) = (points.len(), input.window());
+        let step = window.step;
         let hidden: Vec<bool> = (0..n)
             .map(|i| {
                 let (p, q) = (points[i], points[(i + 1) % n]);
                 let outwards = -(q - p).perp().normalize_or_zero() * step;
+                let beside = |k: i32| window.pixel(0.5 * (p + q) + (f64::from(k) - 0.5) * outwards);
+                let hides = |pixel: &(usize, usize)| input.crowns[*pixel];
+                let roof = beside(-INSIDE).map_or(f32::NAN, |pixel| input.height[pixel]);
+                let low = |pixel: &(usize, usize)| input.height[*pixel] < roof - BELOW_ROOF;
                 // A pixel of another label may lie between.
-                (1..=3).any(|k| leaves(0.5 * (p + q) + (f64::from(k) - 0.5) * outwards))
+                let mut near = (1..=BESIDE).filter_map(beside).filter(hides);
+                match which {
+                    Leaves::All => near.next().is_some(),
+                    Leaves::High => near.any(|pixel| !low(&pixel)),
+                }
             })
             .collect();
-        let mut contour = Self { points, hidden, step };
+        let mut contour = Self { points: points.to_vec(), hidden, step };
         contour.fill_short(true);
         contour.fill_short(false);
         contour
