@@ -18,6 +18,7 @@ use gable_segmentation::{Label, Terrain};
 use gable_stitching::{TileComponents, part_id};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A building of a tile, written or not, with its record.
@@ -71,7 +72,11 @@ pub(crate) fn known_roofs(params: &Params, frame: &Frame) -> Result<Option<Known
     params.modeling.roofs.as_deref().map(|path| Known::read(path, frame)).transpose()
 }
 
-/// Models all buildings.
+/// A building with more than one part in this of all pixels is large.
+const LARGE: usize = 100;
+
+/// Models all buildings, tile after tile, so that neighbours find in memory what they read. Tiles with a building that is a large
+/// share of all come first: no thread is left with it at the end.
 pub(crate) fn model(
     context: &Context<'_>,
     modeller: &Modeller<'_>,
@@ -80,8 +85,14 @@ pub(crate) fn model(
 ) -> Result<Vec<Tile>, PipelineError> {
     let step = context.params.sampling.step;
     context.observer.stage(Stage::Model, tasks.len());
-    owned(modeller.blocks, tasks, step)
-        .into_par_iter()
+    let mut owned: Vec<_> = owned(modeller.blocks, tasks, step).into_iter().collect();
+    let size = |task: &Task| task.window(step).len();
+    let all: usize = tasks.iter().map(size).sum();
+    let large = |tasks: &[&Task]| tasks.iter().map(|task| size(task)).filter(|size| size * LARGE > all).max();
+    owned.sort_by_key(|(_, tasks)| Reverse(large(tasks)));
+    let tiles: Result<Vec<Tile>, PipelineError> = owned
+        .into_iter()
+        .par_bridge()
         .map(|((iy, ix), tasks)| {
             let path = context.workspace.path(&model_file(ix, iy));
             if artefact::whole_json::<Vec<Modelled>>(&path)?.is_some_and(|made| is_of(&made, &tasks)) {
@@ -93,7 +104,10 @@ pub(crate) fn model(
             artefact::write_json(&path, &modeller.tile(context, [ix, iy], &noted)?)?;
             Ok(Tile { ix, iy, path })
         })
-        .collect()
+        .collect();
+    let mut tiles = tiles?;
+    tiles.sort_by_key(|tile| (tile.iy, tile.ix));
+    Ok(tiles)
 }
 
 /// Whether what was modelled is that of these tasks.

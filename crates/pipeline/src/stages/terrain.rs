@@ -4,10 +4,11 @@
 use super::Context;
 use super::split::Blocks;
 use crate::failure::{Failures, guarded, is_local};
-use crate::mosaic::Mosaic;
+use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
 use gable_ortho::Orthograph;
 use gable_segmentation::{CoarseHeights, GreenExcess, Terrain, TerrainParams, noise};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// What the flight of a city is like.
@@ -26,6 +27,9 @@ pub(crate) fn whole(heights: &CoarseHeights, green: &GreenExcess, coloured: bool
     (ground, survey)
 }
 
+/// Tiles that are counted at a time.
+const BATCH: usize = 16;
+
 /// The ground under all sampled tiles, and what their flight is like. Memory is that of the coarse cells: 64 bytes for each 4 m².
 ///
 /// A tile that cannot be read is left out of the mosaic, and its block has failed.
@@ -41,22 +45,40 @@ pub(crate) fn terrain(
     let mut coarse = CoarseHeights::new(context.params.segmentation.terrain_cell);
     let mut green = GreenExcess::default();
     let mut lost = Vec::new();
-    for (i, tile) in ortho.tiles().iter().enumerate() {
+    let tiles: Vec<usize> = (0..tiles).collect();
+    for batch in tiles.chunks(BATCH) {
         context.check_cancelled()?;
-        let name = tile.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        match guarded(Stage::Terrain, &name, || ortho.tile(i)) {
-            Ok(maps) => {
-                coarse.accumulate(&maps.height);
-                green.accumulate(&maps.colour, &maps.photographed);
+        let counted: Vec<Result<(CoarseHeights, GreenExcess), PipelineError>> = batch
+            .par_iter()
+            .map(|&i| {
+                let name = name(&ortho.tiles()[i]);
+                let maps = guarded(Stage::Terrain, &name, || ortho.tile(i));
+                context.observer.done(Stage::Terrain, &name);
+                let maps = maps?;
+                let (mut heights, mut colours) = (CoarseHeights::new(coarse.cell()), GreenExcess::default());
+                heights.accumulate(&maps.height);
+                colours.accumulate(&maps.colour, &maps.photographed);
+                Ok((heights, colours))
+            })
+            .collect();
+        for (&i, counted) in batch.iter().zip(counted) {
+            match counted {
+                Ok((heights, colours)) => {
+                    coarse.merge(&heights);
+                    green.merge(&colours);
+                }
+                Err(error) if is_local(&error) => {
+                    failures.add_window(blocks, ortho.tiles()[i].window, &error.to_string());
+                    lost.push(i);
+                }
+                Err(error) => return Err(error),
             }
-            Err(error) if is_local(&error) => {
-                failures.add_window(blocks, tile.window, &error.to_string());
-                lost.push(i);
-            }
-            Err(error) => return Err(error),
         }
-        context.observer.done(Stage::Terrain, &name);
     }
     ortho.leave_out(&lost);
     Ok(whole(&coarse, &green, coloured))
+}
+
+fn name(tile: &MosaicTile) -> String {
+    tile.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
