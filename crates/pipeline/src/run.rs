@@ -20,6 +20,7 @@ use gable_geometry::{Box2, Crs};
 use gable_ortho::{DecodedImage, GridWindow, Orthograph, TextureCache};
 use gable_scene::{Material, OpenOptions, Scene, load_texture};
 use gable_segmentation::{Label, Terrain};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -283,23 +284,28 @@ impl ReportSource for Source<'_> {
     fn overview(&self, window: GridWindow) -> Result<Overview, PipelineError> {
         let mut builder = OverviewBuilder::new(window);
         let bounds = window.bounds();
-        for (i, tile) in self.ortho.tiles().iter().enumerate() {
-            if self.ortho.is_lost(i) || !tile.window.bounds().intersects(&bounds) {
-                continue;
+        let tiles = self.ortho.tiles();
+        let seen = |&i: &usize| !self.ortho.is_lost(i) && tiles[i].window.bounds().intersects(&bounds);
+        let seen: Vec<usize> = (0..tiles.len()).filter(seen).collect();
+        // Decoded on all threads, added in order.
+        for some in seen.chunks(2 * rayon::current_num_threads()) {
+            let read = |&i: &usize| {
+                let window = tiles[i].window;
+                Ok((window, self.ortho.tile(i)?, self.labels.read(window)?.0, self.terrain.raster(window)))
+            };
+            let read: Vec<_> = some.par_iter().map(read).collect::<Result<_, PipelineError>>()?;
+            for (window, maps, labels, ground) in read {
+                builder.add(window, |x, y| {
+                    let height = maps.height[(x, y)];
+                    let label = Label::ALL.into_iter().find(|&l| l as u8 == labels[(x, y)]);
+                    (!height.is_nan()).then(|| Pixel {
+                        colour: maps.colour[(x, y)],
+                        height,
+                        ground: ground[(x, y)],
+                        label: label.unwrap_or(Label::Ground),
+                    })
+                });
             }
-            let maps = self.ortho.tile(i)?;
-            let labels = self.labels.read(tile.window)?.0;
-            let ground = self.terrain.raster(tile.window);
-            builder.add(tile.window, |x, y| {
-                let height = maps.height[(x, y)];
-                let label = Label::ALL.into_iter().find(|&l| l as u8 == labels[(x, y)]);
-                (!height.is_nan()).then(|| Pixel {
-                    colour: maps.colour[(x, y)],
-                    height,
-                    ground: ground[(x, y)],
-                    label: label.unwrap_or(Label::Ground),
-                })
-            });
         }
         Ok(builder.finish())
     }
