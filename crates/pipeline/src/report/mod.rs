@@ -16,8 +16,8 @@ use gable_geometry::Box2;
 use gable_ortho::GridWindow;
 use std::path::Path;
 
-/// Where the pictures come from.
-pub trait ReportSource {
+/// Where the pictures come from; several are made at once.
+pub trait ReportSource: Sync {
     /// The extent with data, local metres.
     fn bounds(&self) -> Box2;
 

@@ -70,12 +70,14 @@ pub(super) fn make(source: &dyn ReportSource) -> Result<Vec<PictureSet>, Pipelin
     let mut busy = BTreeMap::new();
     let mut sets = vec![set(source, bounds, "city", "The whole city", CITY_SIDE, Some(&mut busy))?];
     if bounds.size().max_element() > 2.0 * CLOSE_EXTENT {
-        for (number, centre) in places(&busy).into_iter().enumerate() {
+        let close = |(number, centre)| {
             let extent = Box2 { min: centre, max: centre }.grown(CLOSE_EXTENT / 2.0);
             let extent = Box2 { min: extent.min.max(bounds.min), max: extent.max.min(bounds.max) };
             let (name, title) = (format!("place-{}", number + 1), format!("Closer up, place {}", number + 1));
-            sets.push(set(source, extent, &name, &title, CLOSE_SIDE, None)?);
-        }
+            set(source, extent, &name, &title, CLOSE_SIDE, None)
+        };
+        let close: Vec<_> = places(&busy).into_par_iter().enumerate().map(close).collect::<Result<_, _>>()?;
+        sets.extend(close);
     }
     Ok(sets)
 }
