@@ -72,8 +72,8 @@ const SNAP: f64 = 0.14;
 /// over it. `None` if nothing is added. `frames` are the facade directions.
 ///
 /// A wall goes on only under leaves, and not far. All leaves beside the outline may hide it, or only the high ones: both are
-/// tried, for a crown hangs low beside a roof where it is round, and a hedge along a wall would hide a wall that is seen. Where a crown hides both corners of a wing, the wing goes on as far as anything of
-/// its end is seen. O(pixels).
+/// tried, for a round crown hangs lower than the roof at its rim, and a hedge would hide a wall that is seen. Where a crown hides
+/// both corners of a wing, the wing goes on as far as anything of its end is seen. O(pixels).
 pub(crate) fn complete(input: &BuildingInput, frames: &[f64]) -> Option<BuildingInput> {
     let mut out = input.clone();
     let most = SHARE * input.mask.values().iter().filter(|&&m| m).count() as f64;
@@ -118,6 +118,7 @@ fn pixels_in(ring: &[DVec2], mask: &Raster<bool>) -> Vec<usize> {
 /// Which leaves beside an outline hide it.
 #[derive(Clone, Copy)]
 enum Leaves {
+    /// All: the rim of a round crown hangs lower than the roof.
     All,
     /// Those as high as the roof: a hedge hides nothing from above.
     High,
