@@ -8,7 +8,7 @@ use crate::grid::{BlockCore, BlockGrid, GridSpec, Reach};
 use crate::spill::{Segment, Spill, SpillWriter};
 use crate::triangle::{BlockMesh, BlockTriangle, UNITS_PER_METRE};
 use gable_geometry::{Box2, DVec3, Frame, dvec2};
-use gable_scene::{Counts, Material, Scene, SceneError, Triangle};
+use gable_scene::{Content, Counts, Material, Scene, SceneError, Triangle};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -81,7 +81,7 @@ pub fn split(scene: &Scene, folder: &Path, options: &SplitOptions) -> Result<Spl
     let fault = |e| BlocksError::write(folder, e);
     std::fs::create_dir_all(folder).map_err(fault)?;
     let mut intake = Intake { writer: SpillWriter::new(folder).map_err(fault)?, anchor: None, beyond: 0 };
-    let counts =
+    let Content { counts, materials } =
         scene.for_each_chunk(|chunk| chunk.iter().try_for_each(|triangle| intake.take(triangle)).map_err(fault))?;
     let Intake { writer, anchor, beyond } = intake;
     let spill = writer.finish().map_err(fault)?;
@@ -123,7 +123,7 @@ pub fn split(scene: &Scene, folder: &Path, options: &SplitOptions) -> Result<Spl
     Ok(SplitReport {
         grid,
         blocks: blocks?,
-        materials: scene.materials().to_vec(),
+        materials,
         counts,
         min: min.to_array(),
         max: max.to_array(),

@@ -1,6 +1,6 @@
 //! Streams a scene and says what is in it: `cargo run --release -p gable-scene --example scan -- PATH`.
 
-use gable_scene::{OpenOptions, Scene, SceneError};
+use gable_scene::{Content, OpenOptions, Scene, SceneError};
 use std::time::Instant;
 
 #[expect(clippy::print_stdout, reason = "an example talks to the terminal")]
@@ -8,15 +8,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("give the path of a mesh or a folder")?;
     let start = Instant::now();
     let scene = Scene::open(&path, &OpenOptions::default())?;
-    println!(
-        "{} files, {} materials, {}, {:.1?}",
-        scene.files().len(),
-        scene.materials().len(),
-        scene.crs(),
-        start.elapsed()
-    );
-    let counts = scene.for_each_chunk(|_| Ok::<(), SceneError>(()))?;
+    println!("{} files, {}, {:.1?}", scene.files().len(), scene.crs(), start.elapsed());
+    let Content { counts, materials } = scene.for_each_chunk(|_| Ok::<(), SceneError>(()))?;
     let seconds = start.elapsed().as_secs_f64();
-    println!("{counts:#?}\n{seconds:.2} s, {:.0} MB/s", counts.bytes as f64 / seconds / 1e6);
+    println!(
+        "{counts:#?}\n{} materials, {seconds:.2} s, {:.0} MB/s",
+        materials.len(),
+        counts.bytes as f64 / seconds / 1e6
+    );
     Ok(())
 }

@@ -27,6 +27,6 @@ mod uri;
 pub use counts::{Counts, Warning, WarningKind, Warnings};
 pub use error::{Place, SceneError};
 pub use material::{GREY, Material, TextureSource};
-pub use scene::{OpenOptions, Scene, Up};
+pub use scene::{Content, OpenOptions, Scene, Up};
 pub use texture::{load_texture, texture_bytes};
 pub use triangle::Triangle;

@@ -1,66 +1,69 @@
 //! OBJ files: read in pieces, parsed on all cores, resolved in the order of the files.
 
-use crate::counts::{WarningKind, Warnings};
+use crate::counts::WarningKind;
 use crate::error::{Place, SceneError, shown};
 use crate::line_blocks::{LineBlock, LineBlocks};
-use crate::material::Material;
 use crate::mtl;
-use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace};
+use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace, Switch};
 use crate::paged::Paged;
 use crate::sink::{Corner, Halt, Placement, Sink};
 use crate::triangle::Triangle;
 use gable_geometry::DVec3;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
 
 /// Bytes that are parsed at a time by one thread.
 const PIECE: usize = 4 << 20;
-/// Bytes that are looked through for material libraries at a time.
-const SCAN: usize = 16 << 20;
+/// Batches that are read ahead of the parser.
+const AHEAD: usize = 1;
 
-/// An OBJ file and where its materials are in the scene's list.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ObjFile {
-    pub(crate) path: PathBuf,
-    /// Looked up only, never iterated.
-    pub(crate) materials: HashMap<Vec<u8>, u32>,
-}
-
-/// Looks through a file for the material libraries that it names, and reads them.
-pub(crate) fn read_materials(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut names: Vec<Vec<u8>> = Vec::new();
-    let mut blocks = LineBlocks::open(path, SCAN)?;
-    while let Some(block) = blocks.next()? {
-        if block.offset == 0 {
-            check_text(path, &block.text)?;
-        }
-        for range in obj_chunk::library_names(&block.text) {
-            let name = block.text[range].trim_ascii().to_vec();
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-    }
-    let mut materials = Vec::new();
-    for name in names {
-        // A name may hold blanks, or the line several names.
-        let whole = mtl::resolve(folder, &name);
-        let files = if whole.exists() {
-            vec![whole]
-        } else {
-            name.split(u8::is_ascii_whitespace).filter(|n| !n.is_empty()).map(|n| mtl::resolve(folder, n)).collect()
-        };
-        for file in files {
-            match mtl::read(&file, warnings) {
-                Ok(read) => materials.extend(read),
-                Err(error) => {
-                    warnings.add(WarningKind::MissingMaterialLibrary, || format!("{}: {error}", path.display()));
+/// Streams files one after the other.
+///
+/// A thread of its own reads ahead, so that a slow disk and the parser work at the same time. While the pieces of one
+/// batch are resolved in their order, those of the next are parsed by the threads of the pool, so the order of the
+/// triangles is that of the files whatever the threads. In memory stand four batches (a piece of 4 MiB for each thread)
+/// and the vertices of one file.
+///
+/// A material library is read where the file names it: one that is named after the faces that need it comes too late.
+pub(crate) fn stream(files: &[PathBuf], placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    let width = rayon::current_num_threads().max(1);
+    std::thread::scope(|scope| {
+        let (ahead, batches) = sync_channel(AHEAD);
+        scope.spawn(move || {
+            let mut reader = Reader { files, next: 0, open: None };
+            loop {
+                let batch = reader.batch(width);
+                let last = batch.as_ref().map_or(true, Vec::is_empty);
+                // The receiver goes away where the stream was stopped.
+                if ahead.send(batch).is_err() || last {
+                    break;
                 }
             }
+        });
+        let next = || batches.recv().unwrap_or_else(|_| Ok(Vec::new()));
+        let mut tables = Tables::default();
+        let mut batch = parse_batch(next()?);
+        while !batch.is_empty() {
+            let texts = next()?;
+            let mut parsed = Vec::new();
+            let resolved = rayon::in_place_scope(|scope| {
+                scope.spawn(|_| parsed = parse_batch(texts));
+                batch.drain(..).try_for_each(|(file, first, chunk)| {
+                    if first {
+                        sink.counts.files += 1;
+                        std::mem::take(&mut tables).leave(sink);
+                        tables.file = Some(&files[file]);
+                    }
+                    tables.take(&files[file], chunk, placement, sink)
+                })
+            });
+            resolved?;
+            batch = parsed;
         }
-    }
-    Ok(materials)
+        tables.leave(sink);
+        Ok(())
+    })
 }
 
 /// An OBJ file is text: a zero byte or another encoding's mark gives other files away.
@@ -73,37 +76,6 @@ fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
             found,
         });
     }
-    Ok(())
-}
-
-/// Streams files one after the other.
-///
-/// While the pieces of one batch are resolved in their order, those of the next are parsed by the
-/// threads of the pool, so the order of the triangles is that of the files whatever the threads.
-/// In memory stand two batches (a piece of 4 MiB for each thread) and the vertices of one file.
-pub(crate) fn stream(files: &[ObjFile], placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
-    let mut reader = Reader { files, next: 0, open: None };
-    let width = rayon::current_num_threads().max(1);
-    let mut tables = Tables::default();
-    let mut batch = parse_batch(reader.batch(width)?);
-    while !batch.is_empty() {
-        let texts = reader.batch(width)?;
-        let mut parsed = Vec::new();
-        let resolved = rayon::in_place_scope(|scope| {
-            scope.spawn(|_| parsed = parse_batch(texts));
-            batch.drain(..).try_for_each(|(file, first, chunk)| {
-                if first {
-                    sink.counts.files += 1;
-                    std::mem::take(&mut tables).leave(sink);
-                    tables.file = Some(&files[file].path);
-                }
-                tables.take(&files[file], chunk, placement, sink)
-            })
-        });
-        resolved?;
-        batch = parsed;
-    }
-    tables.leave(sink);
     Ok(())
 }
 
@@ -121,7 +93,7 @@ fn parse_block(first: bool, text: &[u8]) -> ObjChunk {
 }
 
 struct Reader<'a> {
-    files: &'a [ObjFile],
+    files: &'a [PathBuf],
     next: usize,
     open: Option<LineBlocks<'a>>,
 }
@@ -139,11 +111,14 @@ impl Reader<'_> {
                     let Some(file) = self.files.get(self.next) else { break };
                     self.next += 1;
                     first = true;
-                    self.open.insert(LineBlocks::open(&file.path, PIECE)?)
+                    self.open.insert(LineBlocks::open(file, PIECE)?)
                 }
             };
             match blocks.next()? {
                 Some(block) => {
+                    if first {
+                        check_text(&self.files[self.next - 1], &block.text)?;
+                    }
                     bytes += block.text.len();
                     pieces.push((self.next - 1, first, block));
                 }
@@ -169,10 +144,14 @@ struct Tables<'a> {
     /// Shorter than `positions` where the last vertices have no colour.
     colours: Paged<[u8; 4]>,
     uvs: Paged<[f32; 2]>,
-    /// The material in use; `None` before the first.
+    /// Libraries that the file has named.
+    libraries: Vec<Vec<u8>>,
+    /// Their materials, by name, in the scene's list. Looked up only, never iterated.
+    materials: HashMap<Vec<u8>, u32>,
+    /// The name of the material in use; `None` before the first.
+    using: Option<Vec<u8>>,
+    /// Its number; `None` where no library defines it, which is counted at each face.
     material: Option<u32>,
-    /// Whether no library defines the material in use, which is counted at each face.
-    unknown: bool,
     lines: u64,
     corners: Vec<Corner>,
 }
@@ -185,7 +164,7 @@ impl Tables<'_> {
         }
     }
 
-    fn take(&mut self, file: &ObjFile, chunk: ObjChunk, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    fn take(&mut self, file: &Path, chunk: ObjChunk, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
         let (vertices, uvs) = (self.positions.len(), self.uvs.len());
         for &[x, y, z] in &chunk.positions {
             self.positions.push(placement.apply(DVec3::new(x, y, z)));
@@ -201,29 +180,29 @@ impl Tables<'_> {
         sink.counts.faces += chunk.faces.len() as u64;
         self.faces += chunk.faces.len();
 
-        let mut uses = chunk.uses.iter().peekable();
+        let mut switches = chunk.switches.into_iter().peekable();
         let mut corners = chunk.corners.as_slice();
         for (at, face) in chunk.faces.iter().enumerate() {
-            while let Some((_, name)) = uses.next_if(|(from, _)| *from as usize <= at) {
-                self.use_material(file, name);
+            while let Some((_, switch)) = switches.next_if(|(from, _)| *from as usize <= at) {
+                self.switch(file, switch, sink);
             }
             let (own, rest) = corners.split_at(face.corners as usize);
             corners = rest;
             self.face(file, face, own, vertices, uvs, sink)?;
         }
-        uses.for_each(|(_, name)| self.use_material(file, name));
+        switches.for_each(|(_, switch)| self.switch(file, switch, sink));
 
         if chunk.ignored > 0 {
             let line = self.lines + u64::from(chunk.first_ignored) + 1;
-            let place = || format!("{}: line {line}", file.path.display());
+            let place = || format!("{}: line {line}", file.display());
             sink.counts.warnings.add_many(WarningKind::IgnoredStatement, u64::from(chunk.ignored), place);
         }
         if let Some((line, fault)) = chunk.fault {
             let place = Place::Line(self.lines + u64::from(line) + 1);
             return Err(match fault {
-                LineFault::NotFinite(value) => SceneError::NotFinite { path: file.path.clone(), place, value },
-                LineFault::Syntax(what) if chunk.fault_at_end => SceneError::truncated(&file.path, place, what),
-                LineFault::Syntax(what) => SceneError::syntax(&file.path, place, what),
+                LineFault::NotFinite(value) => SceneError::NotFinite { path: file.to_owned(), place, value },
+                LineFault::Syntax(what) if chunk.fault_at_end => SceneError::truncated(file, place, what),
+                LineFault::Syntax(what) => SceneError::syntax(file, place, what),
             }
             .into());
         }
@@ -231,16 +210,51 @@ impl Tables<'_> {
         Ok(())
     }
 
-    fn use_material(&mut self, file: &ObjFile, name: &[u8]) {
-        self.material = file.materials.get(name).copied();
-        self.unknown = self.material.is_none();
+    /// Reads a library or takes up a material.
+    fn switch(&mut self, file: &Path, switch: Switch, sink: &mut Sink<'_>) {
+        match switch {
+            Switch::Library(name) if self.libraries.contains(&name) => return,
+            Switch::Library(name) => {
+                self.read_library(file, &name, sink);
+                self.libraries.push(name);
+            }
+            Switch::Material(name) => self.using = Some(name),
+        }
+        self.material = self.using.as_ref().and_then(|name| self.materials.get(name).copied());
+    }
+
+    /// Adds a library's materials to the scene's; the first definition of a name in a file counts.
+    fn read_library(&mut self, file: &Path, name: &[u8], sink: &mut Sink<'_>) {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        // A name may hold blanks, or the line several names.
+        let whole = mtl::resolve(folder, name);
+        let paths = if whole.exists() {
+            vec![whole]
+        } else {
+            name.split(u8::is_ascii_whitespace).filter(|n| !n.is_empty()).map(|n| mtl::resolve(folder, n)).collect()
+        };
+        for path in paths {
+            match mtl::read(&path, &mut sink.counts.warnings) {
+                Ok(read) => {
+                    for material in read {
+                        let number = sink.materials.len() as u32;
+                        self.materials.entry(material.name.clone().into_bytes()).or_insert(number);
+                        sink.materials.push(material);
+                    }
+                }
+                Err(error) => {
+                    let what = || format!("{}: {error}", file.display());
+                    sink.counts.warnings.add(WarningKind::MissingMaterialLibrary, what);
+                }
+            }
+        }
     }
 
     /// Resolves a face and hands on its triangles, a fan from the first corner.
     #[inline]
     fn face(
         &mut self,
-        file: &ObjFile,
+        file: &Path,
         face: &RawFace,
         raw: &[RawCorner],
         vertices: usize,
@@ -255,23 +269,23 @@ impl Tables<'_> {
             let at = resolve(corner.vertex, vertices);
             let position = at.and_then(|at| Some((at, *self.positions.get(at)?)));
             let Some((at, position)) = position else {
-                return Err(out_of_range(&file.path, place, "vertex", corner.vertex, vertices).into());
+                return Err(out_of_range(file, place, "vertex", corner.vertex, vertices).into());
             };
             let mut uv = Corner::NO_UV;
             if corner.uv != 0 {
                 let found = resolve(corner.uv, uvs).and_then(|at| self.uvs.get(at));
                 let Some(found) = found else {
-                    return Err(out_of_range(&file.path, place, "texture coordinate", corner.uv, uvs).into());
+                    return Err(out_of_range(file, place, "texture coordinate", corner.uv, uvs).into());
                 };
                 uv = *found;
             }
             let colour = self.colours.get(at).copied().unwrap_or_default();
             self.corners.push(Corner { position, colour, uv });
         }
-        if self.unknown {
-            sink.warn(WarningKind::UnknownMaterial, &file.path, place);
+        if self.using.is_some() && self.material.is_none() {
+            sink.warn(WarningKind::UnknownMaterial, file, place);
         }
-        sink.polygon(&self.corners, self.material.unwrap_or(Triangle::NO_MATERIAL), &file.path, place)
+        sink.polygon(&self.corners, self.material.unwrap_or(Triangle::NO_MATERIAL), file, place)
     }
 }
 

@@ -1,7 +1,6 @@
 //! One piece of an OBJ file, parsed apart from the others: what it says, before indices are resolved.
 
 use crate::number::parse_f64;
-use std::ops::Range;
 
 /// A corner of a face as written: positive from the start of the file, negative back from the face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +22,15 @@ pub(crate) struct RawFace {
     pub(crate) uvs: u32,
 }
 
+/// A statement that holds for the faces after it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Switch {
+    /// `mtllib`: a library, or several, as written.
+    Library(Vec<u8>),
+    /// `usemtl`: a material's name.
+    Material(Vec<u8>),
+}
+
 /// What is wrong with a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum LineFault {
@@ -42,8 +50,8 @@ pub(crate) struct ObjChunk {
     pub(crate) uvs: Vec<[f32; 2]>,
     pub(crate) faces: Vec<RawFace>,
     pub(crate) corners: Vec<RawCorner>,
-    /// Material names, each with the face of the piece from which on it is used.
-    pub(crate) uses: Vec<(u32, Vec<u8>)>,
+    /// Libraries and materials, each with the face of the piece from which on it holds.
+    pub(crate) switches: Vec<(u32, Switch)>,
     /// Statements that are passed over, and the line of the first.
     pub(crate) ignored: u32,
     pub(crate) first_ignored: u32,
@@ -235,8 +243,9 @@ impl ObjChunk {
         }
         let (keyword, rest) = crate::mtl::split_word(trimmed);
         match keyword {
-            b"usemtl" => self.uses.push((self.faces.len() as u32, rest.to_vec())),
-            b"" | b"mtllib" | b"o" | b"g" | b"s" | b"vn" | b"vp" => {}
+            b"usemtl" => self.switches.push((self.faces.len() as u32, Switch::Material(rest.to_vec()))),
+            b"mtllib" => self.switches.push((self.faces.len() as u32, Switch::Library(rest.to_vec()))),
+            b"" | b"o" | b"g" | b"s" | b"vn" | b"vp" => {}
             _ => {
                 if self.ignored == 0 {
                     self.first_ignored = number;
@@ -326,18 +335,6 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// The names after `mtllib` in a text, each with the range of the text in which it stands.
-pub(crate) fn library_names(text: &[u8]) -> Vec<Range<usize>> {
-    memchr::memmem::find_iter(text, b"mtllib")
-        .filter(|&at| {
-            let line = memchr::memrchr(b'\n', &text[..at]).map_or(0, |start| start + 1);
-            text[line..at].iter().all(u8::is_ascii_whitespace)
-        })
-        .map(|at| at + 6..memchr::memchr(b'\n', &text[at..]).map_or(text.len(), |end| at + end))
-        .filter(|range| text.get(range.start).is_some_and(u8::is_ascii_whitespace))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -363,7 +360,7 @@ mod tests {
         assert_eq!(chunk.positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
         assert_eq!(chunk.faces.len(), 2);
         assert_eq!((chunk.faces[0].line, chunk.faces[1].line, chunk.lines), (5, 9, 10));
-        assert_eq!(chunk.uses, [(1, b"a b".to_vec())]);
+        assert_eq!(chunk.switches, [(1, Switch::Material(b"a b".to_vec()))]);
         assert!(chunk.fault.is_none());
     }
 
@@ -395,9 +392,9 @@ mod tests {
     }
 
     #[test]
-    fn library_names_stand_at_the_start_of_lines() {
-        let text = b"mtllib a.mtl\n# mtllib no\n mtllib b c.mtl\r\nmtllibx no\n";
-        let names: Vec<_> = library_names(text).into_iter().map(|r| text[r].trim_ascii()).collect();
-        assert_eq!(names, [b"a.mtl".as_slice(), b"b c.mtl"]);
+    fn libraries_stand_at_the_start_of_lines() {
+        let chunk = parse(b"mtllib a.mtl\n# mtllib no\nf 1 2 3\n mtllib b c.mtl\r\nmtllibx no\n");
+        let library = |name: &[u8]| Switch::Library(name.to_vec());
+        assert_eq!(chunk.switches, [(0, library(b"a.mtl")), (1, library(b"b c.mtl"))]);
     }
 }

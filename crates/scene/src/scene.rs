@@ -4,7 +4,7 @@ use crate::counts::{Counts, WarningKind, Warnings};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::metadata::Metadata;
-use crate::obj::{self, ObjFile};
+use crate::obj;
 use crate::sink::{Halt, Placement, Sink};
 use crate::triangle::Triangle;
 use gable_geometry::{Crs, DVec3};
@@ -60,10 +60,9 @@ pub struct Scene {
     path: PathBuf,
     format: Format,
     files: Vec<PathBuf>,
-    /// For OBJ, in the order of `files`.
-    objects: Vec<ObjFile>,
     /// Index of each file's first material.
     first_materials: Vec<u32>,
+    /// None for OBJ: its files name their libraries anywhere.
     materials: Vec<Material>,
     crs: Crs,
     placement: Placement,
@@ -71,10 +70,19 @@ pub struct Scene {
     warnings: Warnings,
 }
 
+/// What a scene held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Content {
+    /// What was read, and what was put up with.
+    pub counts: Counts,
+    /// The materials; triangles refer to them by index.
+    pub materials: Vec<Material>,
+}
+
 impl Scene {
     /// Opens a mesh file, or a folder with the meshes in it and in the folders below.
     ///
-    /// Reads the material libraries, the reference system and the headers, no mesh. In a folder, OBJ
+    /// Reads the reference system and the headers, no mesh. In a folder, OBJ
     /// files are preferred to other formats; they are streamed in the order of their paths. The
     /// reference system and origin are those of a `metadata.xml` in the folder or up to two above.
     ///
@@ -102,7 +110,6 @@ impl Scene {
             path: path.to_owned(),
             format,
             files,
-            objects: Vec::new(),
             first_materials: Vec::new(),
             materials: Vec::new(),
             crs,
@@ -112,12 +119,6 @@ impl Scene {
         };
         scene.read_materials()?;
         Ok(scene)
-    }
-
-    /// The materials; triangles refer to them by index.
-    #[must_use]
-    pub fn materials(&self) -> &[Material] {
-        &self.materials
     }
 
     /// The reference system of the triangles' coordinates.
@@ -132,17 +133,11 @@ impl Scene {
         &self.files
     }
 
-    /// What was put up with on opening; [`Counts::warnings`] has it too.
-    #[must_use]
-    pub fn warnings(&self) -> &Warnings {
-        &self.warnings
-    }
-
     /// Hands every triangle that has an area to `visit`, some thousands at a time.
     ///
     /// The order is that of the files and of the faces in them, whatever the threads. In memory stand
     /// the vertices of one file (24 bytes each, 8 more for each texture coordinate) and some pieces
-    /// of 4 MiB, never the faces. Time is linear; OBJ text is parsed on all threads of the pool.
+    /// of 4 MiB, never the faces. Every file is read once. Time is linear; OBJ text is parsed on all threads of the pool.
     ///
     /// # Errors
     /// Those of `visit`, as they are; a [`SceneError`] for bad input. What the whole looks like
@@ -150,7 +145,7 @@ impl Scene {
     pub fn for_each_chunk<E: From<SceneError>>(
         &self,
         mut visit: impl FnMut(&[Triangle]) -> Result<(), E>,
-    ) -> Result<Counts, E> {
+    ) -> Result<Content, E> {
         let mut stopped = None;
         let mut visit = |chunk: &[Triangle]| match visit(chunk) {
             Ok(()) => ControlFlow::Continue(()),
@@ -162,21 +157,21 @@ impl Scene {
         let result = self.stream(&mut visit);
         match (result, stopped) {
             (_, Some(error)) => Err(error),
-            (Ok(counts), None) => Ok(counts),
+            (Ok(content), None) => Ok(content),
             (Err(Halt::Failed(error)), None) => Err((*error).into()),
             // A stop without an error cannot be; no triangles were handed on is the nearest truth.
             (Err(Halt::Stopped), None) => Err(SceneError::NoTriangles { path: self.path.clone() }.into()),
         }
     }
 
-    fn stream(&self, visit: &mut dyn FnMut(&[Triangle]) -> ControlFlow<()>) -> Result<Counts, Halt> {
+    fn stream(&self, visit: &mut dyn FnMut(&[Triangle]) -> ControlFlow<()>) -> Result<Content, Halt> {
         let mut counts = Counts { warnings: self.warnings.clone(), ..Counts::default() };
         for file in &self.files {
             counts.bytes += std::fs::metadata(file).map_err(|e| SceneError::read(file, e))?.len();
         }
-        let mut sink = Sink::new(&self.materials, counts, visit);
+        let mut sink = Sink::new(self.materials.clone(), counts, visit);
         match self.format {
-            Format::Obj => obj::stream(&self.objects, self.placement, &mut sink)?,
+            Format::Obj => obj::stream(&self.files, self.placement, &mut sink)?,
             format => {
                 for (file, first) in self.files.iter().zip(&self.first_materials) {
                     let before = sink.triangles();
@@ -194,38 +189,28 @@ impl Scene {
                 }
             }
         }
-        let (counts, survey) = sink.finish()?;
+        let (content, survey) = sink.finish()?;
         survey.check(&self.path, self.watch_up)?;
-        Ok(counts)
+        Ok(content)
     }
 
-    /// Reads the materials of every file, in the order of the files.
+    /// Reads the materials that headers name, in the order of the files.
     fn read_materials(&mut self) -> Result<(), SceneError> {
         use rayon::prelude::*;
         let format = self.format;
         let read = |file: &PathBuf| {
             let mut warnings = Warnings::default();
             let materials = match format {
-                Format::Obj => obj::read_materials(file, &mut warnings),
                 Format::Ply => crate::ply::read_materials(file, &mut warnings),
-                Format::Off => Ok(Vec::new()),
+                Format::Obj | Format::Off => Ok(Vec::new()),
                 Format::Gltf => crate::gltf::read_materials(file, &mut warnings),
             };
             materials.map(|materials| (materials, warnings))
         };
         let all: Vec<_> = self.files.par_iter().map(read).collect();
-        for (file, read) in self.files.iter().zip(all) {
+        for read in all {
             let (materials, warnings) = read?;
-            let first = self.materials.len() as u32;
-            self.first_materials.push(first);
-            if format == Format::Obj {
-                // The first definition of a name counts.
-                let mut names = std::collections::HashMap::new();
-                for (at, material) in materials.iter().enumerate() {
-                    names.entry(material.name.clone().into_bytes()).or_insert(first + at as u32);
-                }
-                self.objects.push(ObjFile { path: file.clone(), materials: names });
-            }
+            self.first_materials.push(self.materials.len() as u32);
             self.materials.extend(materials);
             self.warnings.merge(warnings);
         }

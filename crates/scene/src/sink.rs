@@ -3,6 +3,7 @@
 use crate::counts::{Counts, WarningKind};
 use crate::error::{Place, SceneError};
 use crate::material::Material;
+use crate::scene::Content;
 use crate::survey::Survey;
 use crate::triangle::Triangle;
 use gable_geometry::{DVec3, dvec3};
@@ -62,8 +63,8 @@ impl Corner {
 
 /// The receiving end of a stream.
 pub(crate) struct Sink<'a> {
-    /// The scene's materials.
-    materials: &'a [Material],
+    /// The scene's materials, as far as they are known.
+    pub(crate) materials: Vec<Material>,
     visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     chunk: Vec<Triangle>,
     survey: Survey,
@@ -73,7 +74,7 @@ pub(crate) struct Sink<'a> {
 
 impl<'a> Sink<'a> {
     pub(crate) fn new(
-        materials: &'a [Material],
+        materials: Vec<Material>,
         counts: Counts,
         visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     ) -> Self {
@@ -141,9 +142,9 @@ impl<'a> Sink<'a> {
     }
 
     /// Hands on the rest; what was read, and the sums to judge it by.
-    pub(crate) fn finish(mut self) -> Result<(Counts, Survey), Halt> {
+    pub(crate) fn finish(mut self) -> Result<(Content, Survey), Halt> {
         self.hand_on()?;
         self.survey.report(&mut self.counts);
-        Ok((self.counts, self.survey))
+        Ok((Content { counts: self.counts, materials: self.materials }, self.survey))
     }
 }

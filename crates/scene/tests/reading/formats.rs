@@ -1,6 +1,6 @@
 //! The same town comes out of every format.
 
-use crate::town::{Folder, base64, data, png, read, town};
+use crate::town::{Folder, Read, base64, data, png, read, town};
 use gable_geometry::{Crs, dvec3};
 use gable_scene::{GREY, OpenOptions, Scene, SceneError, TextureSource, Up, WarningKind, load_texture};
 
@@ -17,12 +17,12 @@ fn obj_with_texture() {
         "newmtl other\nKd 1 0.5 0\nnewmtl brick\nKd 1 1 1\nmap_Kd -clamp on -s 1 1 1 tex\\a b.png\n",
     );
     folder.write("tex/a b.png", png());
-    let (scene, triangles, counts) = read(&path, &options()).expect("reads");
+    let Read { triangles, counts, materials, .. } = read(&path, &options()).expect("reads");
     assert_eq!(triangles.iter().map(|t| t.corners).collect::<Vec<_>>(), town.corners());
     assert!(triangles.iter().all(|t| t.material == 1 && t.colours.is_none()));
     assert_eq!(triangles[0].uv.expect("textured"), [0, 1, 5].map(|i| town.uvs[i]));
-    assert_eq!(scene.materials()[0].colour, [255, 128, 0]);
-    let image = load_texture(&scene.materials()[1]).expect("decodes").expect("has a texture");
+    assert_eq!(materials[0].colour, [255, 128, 0]);
+    let image = load_texture(&materials[1]).expect("decodes").expect("has a texture");
     assert_eq!((image.dimensions(), image.get_pixel(1, 0).0), ((2, 2), [0, 255, 0]));
     assert_eq!((counts.files, counts.vertices, counts.faces, counts.triangles), (1, 12, 9, 18));
     assert_eq!((counts.min, counts.max), ([0.0, 0.0, 0.25], [40.0, 30.0, 6.125]));
@@ -34,14 +34,14 @@ fn ply_of_every_encoding_and_off() {
     let (folder, town) = (Folder::new(), town());
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let path = folder.write(&format!("{format}.ply"), town.ply(format));
-        let (_, triangles, counts) = read(&path, &options()).expect("reads");
+        let Read { triangles, counts, .. } = read(&path, &options()).expect("reads");
         assert_eq!(triangles.iter().map(|t| t.corners).collect::<Vec<_>>(), town.corners(), "{format}");
         assert_eq!(triangles[0].colours, Some([0, 1, 5].map(|i| town.colours[i])), "{format}");
         assert_eq!(triangles[0].uv, Some([0, 1, 5].map(|i| town.uvs[i])), "{format}");
         assert!(counts.warnings.is_empty());
     }
     let path = folder.write("town.off", town.off());
-    let (_, triangles, _) = read(&path, &options()).expect("reads");
+    let Read { triangles, .. } = read(&path, &options()).expect("reads");
     assert_eq!(triangles.iter().map(|t| t.corners).collect::<Vec<_>>(), town.corners());
     assert_eq!(triangles[0].colours, Some([0, 1, 5].map(|i| town.colours[i])));
 }
@@ -57,12 +57,12 @@ fn ply_with_texture_at_the_corners_of_faces() {
                 0 0 0 1 0.5 0\n9 0 0 1 0.5 0\n9 9 0 1 0.5 0\n0 9 0 1 0.5 0\n\
                 3 0 1 2 6 0 0 1 0 1 1 0\n3 0 2 3 6 0 0 1 1 0 1 1\n7\n";
     let path = folder.write("t.ply", text);
-    let (scene, triangles, counts) = read(&path, &options()).expect("reads");
+    let Read { triangles, counts, materials, .. } = read(&path, &options()).expect("reads");
     assert_eq!(triangles[1].uv, Some([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]));
     assert_eq!((triangles[0].material, triangles[1].material), (0, 1));
     assert_eq!(triangles[0].colours, Some([[255, 128, 0]; 3]));
-    assert_eq!(scene.materials()[0].texture, Some(TextureSource::File(folder.path().join("a.png"))));
-    assert_eq!((&scene.materials()[1].texture, scene.materials()[1].colour), (&None, GREY));
+    assert_eq!(materials[0].texture, Some(TextureSource::File(folder.path().join("a.png"))));
+    assert_eq!((&materials[1].texture, materials[1].colour), (&None, GREY));
     assert_eq!(counts.warnings.count(WarningKind::MissingTexture), 1);
 }
 
@@ -76,14 +76,14 @@ fn glb_and_gltf_are_turned_to_z_up() {
     let (json, _) = town.gltf(&format!("data:application/octet-stream;base64,{}", base64(&buffer)), &png());
     let inside = folder.write("inside.gltf", json);
     for path in [glb, split, inside] {
-        let (scene, triangles, counts) = read(&path, &options()).expect("reads");
+        let Read { triangles, counts, materials, .. } = read(&path, &options()).expect("reads");
         assert_eq!(triangles.iter().map(|t| t.corners).collect::<Vec<_>>(), town.corners(), "{}", path.display());
         for (got, expected) in triangles[0].uv.expect("textured").iter().zip([0, 1, 5].map(|i| town.uvs[i])) {
             assert!((got[0] - expected[0]).abs() < 1e-6 && (got[1] - expected[1]).abs() < 1e-6);
         }
-        assert_eq!(scene.materials()[0].name, "brick");
-        assert_eq!(scene.materials()[0].texture, Some(TextureSource::Embedded { file: path.clone(), image: 0 }));
-        let image = load_texture(&scene.materials()[0]).expect("decodes").expect("has a texture");
+        assert_eq!(materials[0].name, "brick");
+        assert_eq!(materials[0].texture, Some(TextureSource::Embedded { file: path.clone(), image: 0 }));
+        let image = load_texture(&materials[0]).expect("decodes").expect("has a texture");
         assert_eq!(image.get_pixel(0, 1).0, [0, 0, 255]);
         assert!(counts.warnings.is_empty(), "{:?}", counts.warnings);
     }
@@ -102,7 +102,7 @@ fn a_folder_of_tiles_with_metadata() {
     }
     folder.write("Data/Tile_+000_+000/extra.ply", town.ply("ascii"));
     let single = folder.path().join("Data/Tile_+001_+000/Tile_+001_+000.obj");
-    let (scene, triangles, counts) = read(folder.path(), &options()).expect("reads");
+    let Read { scene, triangles, counts, .. } = read(folder.path(), &options()).expect("reads");
     let names: Vec<_> = scene.files().iter().map(|f| f.file_stem().expect("named").to_owned()).collect();
     assert_eq!(names, ["Tile_+000_+000", "Tile_+000_+001", "Tile_+001_+000"]);
     assert_eq!(scene.crs(), &Crs::Epsg(25832));
@@ -110,7 +110,8 @@ fn a_folder_of_tiles_with_metadata() {
     assert_eq!(triangles[18].corners[0], town.positions[0] + dvec3(476_000.0, 5_553_000.0, 100.0));
     assert_eq!(counts.warnings.count(WarningKind::IgnoredFile), 1);
     // The metadata is found for one of the tiles too.
-    let (scene, alone, _) = read(&single, &OpenOptions { crs: Some(Crs::Epsg(7415)), ..options() }).expect("reads");
+    let Read { scene, triangles: alone, .. } =
+        read(&single, &OpenOptions { crs: Some(Crs::Epsg(7415)), ..options() }).expect("reads");
     assert_eq!((scene.crs(), alone[0].corners), (&Crs::Epsg(7415), triangles[36].corners));
 }
 
@@ -126,7 +127,7 @@ fn y_up_is_accepted_when_it_is_said() {
     }
     let path = folder.write("side.obj", text);
     assert!(matches!(read(&path, &options()), Err(SceneError::YUp { .. })));
-    let (_, triangles, _) = read(&path, &OpenOptions { up: Up::Y, ..options() }).expect("reads");
+    let Read { triangles, .. } = read(&path, &OpenOptions { up: Up::Y, ..options() }).expect("reads");
     assert_eq!(triangles.iter().map(|t| t.corners).collect::<Vec<_>>(), town.corners());
     assert!(read(&path, &OpenOptions { up: Up::Z, ..options() }).is_ok());
 }
@@ -140,9 +141,9 @@ fn what_can_go_on_goes_on_and_is_counted() {
     let text = "mtllib m.mtl\nmtllib absent.mtl\nv 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nusemtl t\nf 1 2 3\nusemtl nobody\n\
                 f 1 3 4\nusemtl u\nf 1 2 4\nf 1 2 2\nf 1 2\nl 1 2\ncurv 1 2\nf 2 3 4\n";
     let path = folder.write("m.obj", text);
-    let (scene, triangles, counts) = read(&path, &options()).expect("reads");
+    let Read { triangles, counts, materials, .. } = read(&path, &options()).expect("reads");
     assert_eq!(triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [0, u32::MAX, 1, 1]);
-    assert_eq!((&scene.materials()[0].texture, scene.materials()[0].colour), (&None, GREY));
+    assert_eq!((&materials[0].texture, materials[0].colour), (&None, GREY));
     let count = |kind| counts.warnings.count(kind);
     assert_eq!(count(WarningKind::MissingMaterialLibrary), 1);
     assert_eq!(count(WarningKind::MissingTexture), 2);
@@ -157,6 +158,24 @@ fn what_can_go_on_goes_on_and_is_counted() {
     assert_eq!(place(WarningKind::DegenerateFace), "m.obj: line 13");
     assert_eq!(place(WarningKind::MissingTexture), "no.jpg: No such file or directory (os error 2)");
     assert!(place(WarningKind::MissingMaterialLibrary).starts_with("absent.mtl: no such file"));
+}
+
+#[test]
+fn libraries_are_read_where_the_file_names_them() {
+    let folder = Folder::new();
+    folder.write("a.mtl", "newmtl one\nKd 1 0 0\nnewmtl two\nKd 0 1 0\n");
+    folder.write("b.mtl", "newmtl two\nKd 0 0 1\nnewmtl three\nKd 0 0 1\n");
+    let corners = "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\n";
+    let text = format!(
+        "{corners}usemtl one\nf 1 2 3\nmtllib a.mtl\nf 1 3 4\nusemtl three\nmtllib b.mtl\nmtllib a.mtl\nf 1 2 4\n\
+         usemtl two\nf 2 3 4\n"
+    );
+    let path = folder.write("m.obj", text);
+    let Read { triangles, counts, materials, .. } = read(&path, &options()).expect("reads");
+    // Too late for the first face; the first definition of a name counts, and a library that is named again is the same.
+    assert_eq!(triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [u32::MAX, 0, 3, 1]);
+    assert_eq!(materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["one", "two", "two", "three"]);
+    assert_eq!(counts.warnings.count(WarningKind::UnknownMaterial), 1);
 }
 
 #[test]
@@ -185,10 +204,10 @@ fn a_visitor_may_stop_the_stream() {
 fn real_meshes() {
     let Some(data) = data() else { return };
     let summary = |name: &str| {
-        let (scene, triangles, counts) = read(&data.join(name), &options()).expect("reads");
+        let Read { scene, triangles, counts, materials } = read(&data.join(name), &options()).expect("reads");
         assert_eq!(counts.triangles as usize, triangles.len());
         let extent = [0, 1, 2].map(|i| (counts.max[i] - counts.min[i]).round());
-        (scene.files().len(), counts.faces, extent, scene.materials().len())
+        (scene.files().len(), counts.faces, extent, materials.len())
     };
     assert_eq!(summary("frankfurt/mesh.obj"), (1, 49_427, [1033.0, 941.0, 158.0], 1));
     assert_eq!(summary("dayanta"), (63, 65_337, [336.0, 451.0, 85.0], 63));

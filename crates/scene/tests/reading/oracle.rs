@@ -1,6 +1,6 @@
 //! The OBJ reader against `tobj`, the memory it takes apart.
 
-use crate::town::{Folder, data, read};
+use crate::town::{Folder, Read, data, read};
 use gable_geometry::DVec3;
 use gable_scene::{OpenOptions, Up};
 use proptest::prelude::*;
@@ -29,7 +29,7 @@ fn by_tobj(path: &Path) -> Vec<([DVec3; 3], Option<[[f32; 2]; 3]>)> {
 }
 
 fn agrees(path: &Path) {
-    let (_, ours, _) = read(path, &OpenOptions { up: Up::Z, ..OpenOptions::default() }).expect("reads");
+    let Read { triangles: ours, .. } = read(path, &OpenOptions { up: Up::Z, ..OpenOptions::default() }).expect("reads");
     let theirs = by_tobj(path);
     let area = |c: &[DVec3; 3]| (c[1] - c[0]).cross(c[2] - c[0]).length() > 0.0;
     let theirs: Vec<_> = theirs.into_iter().filter(|(corners, _)| area(corners)).collect();

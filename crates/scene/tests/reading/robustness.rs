@@ -1,16 +1,16 @@
 //! No bytes make a reader panic, hang or fill the memory.
 
-use crate::town::{Folder, png, read, town};
+use crate::town::{Folder, Read, png, read, town};
 use gable_scene::{OpenOptions, load_texture};
 use proptest::prelude::*;
 
 /// Reads a file of the given bytes; whatever comes of it must be a result.
 fn survive(folder: &Folder, name: &str, bytes: &[u8]) {
     let path = folder.write(name, bytes);
-    if let Ok((scene, triangles, counts)) = read(&path, &OpenOptions::default()) {
+    if let Ok(Read { triangles, counts, materials, .. }) = read(&path, &OpenOptions::default()) {
         assert_eq!(triangles.len() as u64, counts.triangles);
         assert!(triangles.iter().flat_map(|t| t.corners).all(|c| c.is_finite()));
-        for material in scene.materials() {
+        for material in &materials {
             let _ = load_texture(material);
         }
     }

@@ -1,7 +1,7 @@
 //! A small town in every format, and helpers to read it.
 
 use gable_geometry::{DVec3, dvec3};
-use gable_scene::{Counts, OpenOptions, Scene, SceneError, Triangle};
+use gable_scene::{Content, Counts, Material, OpenOptions, Scene, SceneError, Triangle};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -212,15 +212,24 @@ impl Folder {
     }
 }
 
+/// A scene that was read.
+#[derive(Debug)]
+pub(crate) struct Read {
+    pub(crate) scene: Scene,
+    pub(crate) triangles: Vec<Triangle>,
+    pub(crate) counts: Counts,
+    pub(crate) materials: Vec<Material>,
+}
+
 /// All triangles of a scene.
-pub(crate) fn read(path: &Path, options: &OpenOptions) -> Result<(Scene, Vec<Triangle>, Counts), SceneError> {
+pub(crate) fn read(path: &Path, options: &OpenOptions) -> Result<Read, SceneError> {
     let scene = Scene::open(path, options)?;
     let mut triangles = Vec::new();
-    let counts = scene.for_each_chunk(|chunk| {
+    let Content { counts, materials } = scene.for_each_chunk(|chunk| {
         triangles.extend_from_slice(chunk);
         Ok::<(), SceneError>(())
     })?;
-    Ok((scene, triangles, counts))
+    Ok(Read { scene, triangles, counts, materials })
 }
 
 /// The folder of the real meshes, where there is one; else says that the test is skipped.
