@@ -75,7 +75,7 @@ impl Default for Params {
             collinear: 0.5,
             extension: 3.0,
             min_cell_area: 0.5,
-            superstructure_area: 9.0,
+            superstructure_area: 4.0,
             beta: 0.4,
             beta_pixel: 10.0,
             party_wall_step: 0.5,

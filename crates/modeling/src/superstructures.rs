@@ -1,10 +1,10 @@
 //! Roof parts that are below LOD2: dormers, chimneys, lift heads, light wells.
 //!
-//! CityGML 2.0 (§6.1, table of levels) sets the generalisation of LOD2 at parts of about 4 m × 4 m. Well below that,
-//! photogrammetry gives a dormer half of its pixels by chance, and whether a random box or nothing stands in the model
-//! would be luck. So they go, all of them, before any line is drawn: what is small (under 3 m × 3 m: lift heads and stair
-//! towers of 9–16 m² are in real LOD2 models, and are found), enclosed by the roof, and set off from it by steps. What is
-//! small and tall is a tower.
+//! CityGML 2.0 (§6.1, table of levels) sets the generalisation of LOD2 at parts of about 4 m × 4 m, but real LOD2 models
+//! have dormers and lift heads well below that, and so have meshes: a row of dormers comes out as a row. Below 2 m × 2 m,
+//! photogrammetry gives a part half of its pixels by chance, and whether a random box or nothing stands in the model
+//! would be luck. So they go, all of them, before any line is drawn: what is small, enclosed by the roof, and set off
+//! from it by steps. What is small and tall is a tower.
 
 use crate::surface::NONE;
 use gable_geometry::{DisjointSets, Plane};

@@ -43,6 +43,7 @@ pub const PRESETS: &[Preset] = &[
             ("segmentation.patch", "256"),
             ("segmentation.margin", "32"),
             ("modeling.plane_area", "6"),
+            ("modeling.superstructure_area", "9"),
             ("modeling.line_length", "1.6"),
         ],
     },
