@@ -8,14 +8,6 @@ use std::path::Path;
 /// A line longer than this is taken for a file that is not text.
 const LONGEST_LINE: usize = 64 << 20;
 
-/// One piece of a text file.
-pub(crate) struct LineBlock {
-    /// Whole lines; the last one may lack its line end at the end of the file.
-    pub(crate) text: Vec<u8>,
-    /// Byte of the file at which the piece starts.
-    pub(crate) offset: u64,
-}
-
 /// Reads a text file piece by piece.
 pub(crate) struct LineBlocks<'a> {
     path: &'a Path,
@@ -33,8 +25,8 @@ impl<'a> LineBlocks<'a> {
         Ok(Self { path, file, size, carry: Vec::new(), offset: 0, ended: false })
     }
 
-    /// The next piece; `None` at the end of the file.
-    pub(crate) fn next(&mut self) -> Result<Option<LineBlock>, SceneError> {
+    /// The next piece: whole lines, of which the file's last may lack its line end; `None` at the end of the file.
+    pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, SceneError> {
         let mut text = std::mem::take(&mut self.carry);
         let mut wanted = self.size.saturating_sub(text.len()).max(1 << 16);
         while !self.ended {
@@ -57,9 +49,8 @@ impl<'a> LineBlocks<'a> {
         if text.is_empty() {
             return Ok(None);
         }
-        let offset = self.offset;
         self.offset += text.len() as u64;
-        Ok(Some(LineBlock { text, offset }))
+        Ok(Some(text))
     }
 }
 
@@ -96,10 +87,9 @@ mod tests {
         let mut blocks = LineBlocks::open(file.path(), 100_000).expect("opens");
         let mut joined = Vec::new();
         while let Some(block) = blocks.next().expect("reads") {
-            assert_eq!(block.offset as usize, joined.len());
-            joined.extend_from_slice(&block.text);
+            joined.extend_from_slice(&block);
             let whole = joined.len() == text.len()
-                || (block.text.ends_with(b"\n") && !block.text.ends_with(b"\\\n") && !block.text.ends_with(b"\\\r\n"));
+                || (block.ends_with(b"\n") && !block.ends_with(b"\\\n") && !block.ends_with(b"\\\r\n"));
             assert!(whole, "a piece ends within a line");
         }
         assert_eq!(joined, text);

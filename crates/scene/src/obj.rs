@@ -2,7 +2,7 @@
 
 use crate::counts::WarningKind;
 use crate::error::{Place, SceneError, shown};
-use crate::line_blocks::{LineBlock, LineBlocks};
+use crate::line_blocks::LineBlocks;
 use crate::mtl;
 use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace, Switch};
 use crate::paged::Paged;
@@ -80,14 +80,14 @@ fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
 }
 
 /// A piece of a file: the file's index, whether it is its first, its text.
-type Piece = (usize, bool, LineBlock);
+type Piece = (usize, bool, Vec<u8>);
 
 fn parse_batch(texts: Vec<Piece>) -> Vec<(usize, bool, ObjChunk)> {
     use rayon::prelude::*;
-    texts.into_par_iter().map(|(file, first, block)| (file, first, parse_block(first, &block.text))).collect()
+    texts.into_par_iter().map(|(file, first, text)| (file, first, parse_piece(first, &text))).collect()
 }
 
-fn parse_block(first: bool, text: &[u8]) -> ObjChunk {
+fn parse_piece(first: bool, text: &[u8]) -> ObjChunk {
     let mark = b"\xef\xbb\xbf".as_slice();
     obj_chunk::parse(if first { text.strip_prefix(mark).unwrap_or(text) } else { text })
 }
@@ -115,18 +115,18 @@ impl Reader<'_> {
                 }
             };
             match blocks.next()? {
-                Some(block) => {
+                Some(text) => {
                     if first {
-                        check_text(&self.files[self.next - 1], &block.text)?;
+                        check_text(&self.files[self.next - 1], &text)?;
                     }
-                    bytes += block.text.len();
-                    pieces.push((self.next - 1, first, block));
+                    bytes += text.len();
+                    pieces.push((self.next - 1, first, text));
                 }
                 None => {
                     self.open = None;
                     if first {
                         // An empty file still has to be counted.
-                        pieces.push((self.next - 1, true, LineBlock { text: Vec::new(), offset: 0 }));
+                        pieces.push((self.next - 1, true, Vec::new()));
                     }
                 }
             }
