@@ -87,7 +87,8 @@ impl Scene {
     /// reference system and origin are those of a `metadata.xml` in the folder or up to two above.
     ///
     /// # Errors
-    /// If a file is missing or not of its format, or the reference system is not understood.
+    /// If a file is missing or its header is not of its format, or the reference system is not understood. OBJ and OFF
+    /// files are opened only when they are streamed.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let status = std::fs::metadata(path).map_err(|e| SceneError::read(path, e))?;
