@@ -74,7 +74,13 @@ pub fn gable() -> &'static Path {
 /// The command, with logs off and outputs piped.
 fn command(arguments: &[&OsStr]) -> Command {
     let mut command = Command::new(gable());
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+        .args(arguments)
+        .env_remove("RUST_LOG")
+        .env_remove("GABLE_TOKEN")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
     command
 }
 

@@ -11,6 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
+use ureq::RequestBuilder;
 
 /// Files by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
@@ -38,6 +39,7 @@ impl Process {
             .args(arguments)
             .envs(variables.iter().cloned())
             .env_remove("RUST_LOG")
+            .env_remove("GABLE_TOKEN")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -128,6 +130,7 @@ pub struct Service {
     root: PathBuf,
     lease: f64,
     address: String,
+    token: String,
 }
 
 impl Service {
@@ -152,8 +155,8 @@ impl Service {
             }
         };
         let variables = objects.as_ref().map(|p| Bucket::variables(p.port()).to_vec()).unwrap_or_default();
-        let (root, address) = (root.to_owned(), String::new());
-        Some(Self { folder, database, store, variables, objects, root, lease, address })
+        let (root, address, token) = (root.to_owned(), String::new(), String::new());
+        Some(Self { folder, database, store, variables, objects, root, lease, address, token })
     }
 
     /// The way to its artefacts, where it can be cut: S3.
@@ -238,16 +241,37 @@ impl Service {
         all.iter().chain(more).map(|a| (*a).to_owned()).collect()
     }
 
-    /// Starts a coordinator; the last one is asked from then on. With `--all` it works as well.
+    /// Starts a coordinator, which is asked with an operator's token from then on. With `--all` it works as well.
     ///
     /// # Panics
     /// If it does not start.
     pub fn serve(&mut self, more: &[&str]) -> Process {
+        if self.token.is_empty() {
+            self.token = self.token("tests", "operator");
+        }
+        self.serve_first(more)
+    }
+
+    /// Starts a coordinator over whatever tokens there are: it is asked without one, unless one was set.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn serve_first(&mut self, more: &[&str]) -> Process {
+        let (process, address) = self.coordinator(more);
+        self.address = address;
+        process
+    }
+
+    /// Starts a coordinator; gives its address, too.
+    ///
+    /// # Panics
+    /// If it does not start.
+    #[must_use]
+    pub fn coordinator(&self, more: &[&str]) -> (Process, String) {
         let more = [&["--listen", "127.0.0.1:0"], more].concat();
         let (process, line) =
             Process::start(&self.arguments("serve", "serve", &more), &self.variables, Some("listening on "));
-        self.address = line.trim().trim_start_matches("listening on ").to_owned();
-        process
+        (process, line.trim().trim_start_matches("listening on ").to_owned())
     }
 
     /// Starts a worker with one slot.
@@ -260,7 +284,7 @@ impl Service {
         Process::start(&arguments, &self.variables, None).0
     }
 
-    /// Makes a token; from then on every request needs one.
+    /// Makes a token.
     ///
     /// # Panics
     /// If it cannot be made.
@@ -268,6 +292,17 @@ impl Service {
     pub fn token(&self, name: &str, scope: &str) -> String {
         let arguments = ["token", "--database", &self.database, "create", name, "--scope", scope];
         run_gable(&arguments).success().stdout.trim().to_owned()
+    }
+
+    /// The token with which the coordinator is asked.
+    #[must_use]
+    pub fn operator(&self) -> &str {
+        &self.token
+    }
+
+    /// A request that shows the token, if there is one.
+    fn shown<B>(&self, request: RequestBuilder<B>) -> RequestBuilder<B> {
+        if self.token.is_empty() { request } else { request.header("authorization", format!("Bearer {}", self.token)) }
     }
 
     /// Where the coordinator is.
@@ -283,7 +318,7 @@ impl Service {
     #[must_use]
     pub fn text(&self, path: &str) -> String {
         let url = format!("{}{path}", self.address);
-        let mut answer = ureq::get(&url).call().unwrap_or_else(|e| panic!("{url}: {e}"));
+        let mut answer = self.shown(ureq::get(&url)).call().unwrap_or_else(|e| panic!("{url}: {e}"));
         answer.body_mut().read_to_string().expect("text")
     }
 
@@ -294,7 +329,7 @@ impl Service {
     #[must_use]
     pub fn get(&self, path: &str) -> Value {
         let url = format!("{}/api/v1{path}", self.address);
-        let mut answer = ureq::get(&url).call().unwrap_or_else(|e| panic!("{url}: {e}"));
+        let mut answer = self.shown(ureq::get(&url)).call().unwrap_or_else(|e| panic!("{url}: {e}"));
         answer.body_mut().read_json().expect("JSON")
     }
 
@@ -304,7 +339,7 @@ impl Service {
     /// If it does not answer well.
     pub fn post(&self, path: &str, body: &Value) -> Value {
         let url = format!("{}/api/v1{path}", self.address);
-        let mut answer = ureq::post(&url).send_json(body).unwrap_or_else(|e| panic!("{url}: {e}"));
+        let mut answer = self.shown(ureq::post(&url)).send_json(body).unwrap_or_else(|e| panic!("{url}: {e}"));
         answer.body_mut().read_json().expect("JSON")
     }
 
@@ -314,7 +349,7 @@ impl Service {
     /// If it does not answer well.
     pub fn put(&self, path: &str, body: &Value) -> Value {
         let url = format!("{}/api/v1{path}", self.address);
-        let mut answer = ureq::put(&url).send_json(body).unwrap_or_else(|e| panic!("{url}: {e}"));
+        let mut answer = self.shown(ureq::put(&url)).send_json(body).unwrap_or_else(|e| panic!("{url}: {e}"));
         answer.body_mut().read_json().expect("JSON")
     }
 
@@ -324,7 +359,7 @@ impl Service {
     /// If it does not answer well.
     pub fn send(&self, path: &str, content: &[u8]) -> Value {
         let url = format!("{}/api/v1{path}", self.address);
-        let mut answer = ureq::post(&url).send(content).unwrap_or_else(|e| panic!("{url}: {e}"));
+        let mut answer = self.shown(ureq::post(&url)).send(content).unwrap_or_else(|e| panic!("{url}: {e}"));
         answer.body_mut().read_json().expect("JSON")
     }
 
@@ -461,7 +496,7 @@ impl Service {
         names
             .map(|name| {
                 let url = format!("{}/api/v1/jobs/{job}/files/{name}", self.address);
-                let mut answer = ureq::get(&url).call().unwrap_or_else(|e| panic!("{url}: {e}"));
+                let mut answer = self.shown(ureq::get(&url)).call().unwrap_or_else(|e| panic!("{url}: {e}"));
                 (name, answer.body_mut().read_to_vec().expect("its content"))
             })
             .collect()

@@ -84,7 +84,7 @@ fn an_operator_works_at_the_dashboard() {
     // Pictures stay, to be looked at, beside the binary.
     let shots = gable().parent().unwrap().join("dashboard-pictures");
     let paths = [&first, &later, &marker, &shots].map(|p| p.to_str().unwrap());
-    let arguments = [&[service.address()], &paths[..]].concat();
+    let arguments = [&[service.address(), service.operator()], &paths[..]].concat();
     let Some(measured) = run_node(TEST, "dashboard.mjs", "playwright-core", &arguments) else { return };
     // Script of the page for a poll of a job of 256 blocks, milliseconds.
     assert!(measured["poll_ms"].as_f64().unwrap() < 5.0, "{measured}");

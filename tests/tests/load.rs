@@ -74,6 +74,7 @@ fn poll(service: &Service, job: &str, clients: u64) -> Polled {
         .map(|number| {
             let (host, over) = (host.clone(), Arc::clone(&over));
             let path = format!("/api/v1/jobs/{job}");
+            let token = service.operator().to_owned();
             std::thread::spawn(move || {
                 let mut polled = Polled::default();
                 std::thread::sleep(Duration::from_millis(number * 1000 / clients));
@@ -82,7 +83,7 @@ fn poll(service: &Service, job: &str, clients: u64) -> Polled {
                 let mut tag = String::new();
                 while !over.load(Ordering::Relaxed) {
                     let begin = Instant::now();
-                    let (status, body) = ask(&mut connection, &host, &path, &mut tag);
+                    let (status, body) = ask(&mut connection, &host, &token, &path, &mut tag);
                     polled.times.push(begin.elapsed().as_secs_f64() * 1000.0);
                     match status {
                         200 => {
@@ -109,9 +110,9 @@ fn poll(service: &Service, job: &str, clients: u64) -> Polled {
 }
 
 /// Asks once, for what is not under this tag; gives the status and the body, and takes over the new tag.
-fn ask(connection: &mut BufReader<TcpStream>, host: &str, path: &str, tag: &mut String) -> (u16, Vec<u8>) {
+fn ask(connection: &mut BufReader<TcpStream>, host: &str, token: &str, path: &str, tag: &mut String) -> (u16, Vec<u8>) {
     let known = if tag.is_empty() { String::new() } else { format!("if-none-match: {tag}\r\n") };
-    let request = format!("GET {path} HTTP/1.1\r\nhost: {host}\r\n{known}\r\n");
+    let request = format!("GET {path} HTTP/1.1\r\nhost: {host}\r\nauthorization: Bearer {token}\r\n{known}\r\n");
     connection.get_mut().write_all(request.as_bytes()).expect("the request is sent");
     let (mut status, mut length, mut line) = (0, 0, String::new());
     loop {

@@ -1,4 +1,4 @@
-// An operator's day at the dashboard: node dashboard.mjs ADDRESS MESH LATER_MESH MARKER SHOTS
+// An operator's day at the dashboard: node dashboard.mjs ADDRESS TOKEN MESH LATER_MESH MARKER SHOTS
 //
 // The service has one block that fails as long as the file MARKER exists. Pictures of all pages go to the folder SHOTS. The last line is
 // what was measured, as JSON.
@@ -7,13 +7,15 @@ import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { check, open, page as opened, until } from './browser.mjs';
 
-const [address, mesh, later, marker, shots] = process.argv.slice(2);
+const [address, token, mesh, later, marker, shots] = process.argv.slice(2);
 mkdirSync(shots, { recursive: true });
 const problems = [];
 const measured = {};
 const { context, close } = await open();
+await context.addInitScript((known) => localStorage.setItem('gable.token', known), token);
 const page = await opened(context, address, problems);
-const api = async (path) => (await fetch(`${address}/api/v1${path}`)).json();
+const authorization = `Bearer ${token}`;
+const api = async (path) => (await fetch(`${address}/api/v1${path}`, { headers: { authorization } })).json();
 const go = (hash) => page.goto(`${address}/#/${hash}`);
 const step = (text) => console.error(`- ${text}`);
 
@@ -276,7 +278,7 @@ try {
   await page.getByText('No schedule').waitFor();
   const put = await fetch(`${address}/api/v1/schedules/nightly`, {
     method: 'PUT',
-    headers: { 'content-type': 'application/json' },
+    headers: { authorization, 'content-type': 'application/json' },
     body: JSON.stringify({ cron: '30 2 * * MON', zone: 'Europe/Amsterdam', job: { source: later, city: 'delft' } }),
   });
   check(put.ok, `a schedule is taken: ${put.status}`);

@@ -2,7 +2,10 @@
 
 use crate::JobStoreError;
 use sqlx::any::{AnyPoolOptions, AnyQueryResult};
+use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{Any, AnyPool, AssertSqlSafe, Executor, Transaction};
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -63,6 +66,8 @@ impl Store {
             let scheme = address.split(':').next().unwrap_or_default();
             return Err(JobStoreError::Address(scheme.to_owned()));
         };
+        // Held until the tables are there.
+        let _alone = if dialect == Dialect::Sqlite { alone(&address).await? } else { None };
         let pool = AnyPoolOptions::new()
             .max_connections(connections)
             .acquire_timeout(PATIENCE)
@@ -134,6 +139,29 @@ impl Store {
     pub fn writes(&self) -> u64 {
         self.writes.load(Ordering::SeqCst)
     }
+}
+
+/// Waits until no other process brings the tables of a SQLite database up to date, and keeps others from it until the lock is
+/// dropped: SQLite itself lets two of them begin, and one fail. Postgres has a lock of its own for it. None for a database in memory.
+async fn alone(address: &str) -> Result<Option<File>, JobStoreError> {
+    let options: SqliteConnectOptions = address.parse()?;
+    let database = options.get_filename();
+    if address.contains(":memory:") || address.contains("mode=memory") {
+        return Ok(None);
+    }
+    let mut name = database.as_os_str().to_owned();
+    name.push(".lock");
+    let path = PathBuf::from(name);
+    let locked = tokio::task::spawn_blocking(move || lock(&path));
+    let locked = locked.await.map_err(|_| sqlx::Error::WorkerCrashed)?;
+    Ok(Some(locked?))
+}
+
+fn lock(path: &Path) -> Result<File, JobStoreError> {
+    let wrong = |source| JobStoreError::File { path: path.to_owned(), source };
+    let file = File::options().write(true).create(true).truncate(false).open(path).map_err(wrong)?;
+    file.lock().map_err(wrong)?;
+    Ok(file)
 }
 
 /// Whether exactly one row was changed.

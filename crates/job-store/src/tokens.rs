@@ -55,6 +55,10 @@ impl Store {
     pub async fn add_token(&self, token: &TokenRecord) -> Result<bool, JobStoreError> {
         let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, created, expires) \
                          VALUES ($1, $2, $3, $4, {now}, $5) ON CONFLICT (name) DO NOTHING";
+        self.insert_token(statement, token).await
+    }
+
+    async fn insert_token(&self, statement: &'static str, token: &TokenRecord) -> Result<bool, JobStoreError> {
         let added = sqlx::query(self.sql(statement))
             .bind(&token.hash)
             .bind(&token.name)
@@ -65,6 +69,19 @@ impl Store {
             .await?;
         self.note_write();
         Ok(crate::database::one_row(&added))
+    }
+
+    /// Adds the first token of all; false if there is any token already. Of several processes that ask at once with tokens of one
+    /// name, one is told that its token is the first.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn add_first_token(&self, token: &TokenRecord) -> Result<bool, JobStoreError> {
+        // On Postgres two may find the table empty at the same time: then the second one meets the name.
+        let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, created, expires) \
+                         SELECT $1, $2, $3, $4, {now}, $5 WHERE NOT EXISTS (SELECT 1 FROM api_token) \
+                         ON CONFLICT (name) DO NOTHING";
+        self.insert_token(statement, token).await
     }
 
     /// The token with this hash, if it has not ended.
@@ -87,7 +104,7 @@ impl Store {
         sqlx::query(statement).fetch_all(&self.pool).await?.iter().map(TokenRecord::read).collect()
     }
 
-    /// Whether there is any token, ended or not: without one the service is for its own machine only.
+    /// Whether there is any token, ended or not.
     ///
     /// # Errors
     /// If the database does not answer.

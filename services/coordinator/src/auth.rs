@@ -1,8 +1,9 @@
 //! Who asks, and what they may do.
 //!
-//! Callers show a bearer token. As long as no token was made, the service is for the people at its own machine: it takes
-//! requests only under a loopback name and from its own pages, so that no page of another site can reach it through
-//! a browser on that machine.
+//! Callers show a bearer token. A service that was started to be open, and for which no token was made, takes requests without one
+//! as well, from the people at its own machine: only under a loopback name, from its own pages, and not from a proxy that says that it
+//! is one, so that no page of another site can reach it through a browser on that machine. A proxy that does not say so cannot be told
+//! from a person, which is why nothing is open by itself.
 
 use crate::shared::Freshness;
 use crate::{Coordinator, Problem};
@@ -14,7 +15,7 @@ use gable_job_store::{BlobId, JobStoreError, Scope, Store, TokenRecord};
 /// Who asks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Caller {
-    /// Name of the token; `local` where there are none.
+    /// Name of the token; `local` for a caller without one at a service that is open.
     pub name: String,
     /// What they may do.
     pub scope: Scope,
@@ -46,7 +47,7 @@ impl FromRequestParts<Coordinator> for Caller {
         let writes = service.store.writes();
         // Looking may go on for a moment after a token was taken away; doing may not.
         let freshness = if parts.method.is_safe() { Freshness::lately(writes) } else { Freshness::now(writes) };
-        let access = service.answers.access.get(&hash, freshness, |_| Access::find(&service.store, &hash));
+        let access = service.answers.access.get(&hash, freshness, |_| Access::find(service, &hash));
         match access.await? {
             Access::Open => {
                 from_this_machine(&parts.headers)?;
@@ -54,7 +55,8 @@ impl FromRequestParts<Coordinator> for Caller {
             }
             Access::Token(found) => Ok(Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs }),
             Access::Closed if shown.is_none() => {
-                Err(Problem::unauthorised("send the header Authorization: Bearer TOKEN"))
+                let what = "send the header Authorization: Bearer TOKEN; gable token create makes a token";
+                Err(Problem::unauthorised(what))
             }
             Access::Closed => Err(Problem::unauthorised("this token is not known, or has ended")),
         }
@@ -69,27 +71,32 @@ fn bearer(header: &str) -> Option<&str> {
 /// What a hash of a token opens.
 #[derive(Clone, Debug)]
 pub(crate) enum Access {
-    /// No token was made yet: the service is for its own machine.
+    /// The service is open, and no token was made yet.
     Open,
     /// The token is known.
     Token(TokenRecord),
-    /// There are tokens, but not this one.
+    /// The service asks for a token, and this is none that it knows.
     Closed,
 }
 
 impl Access {
     /// Asks the database.
-    async fn find(store: &Store, hash: &str) -> Result<Self, JobStoreError> {
+    async fn find(service: &Coordinator, hash: &str) -> Result<Self, JobStoreError> {
         if !hash.is_empty()
-            && let Some(found) = store.token(hash).await?
+            && let Some(found) = service.store.token(hash).await?
         {
             return Ok(Self::Token(found));
         }
-        Ok(if store.has_tokens().await? { Self::Closed } else { Self::Open })
+        let open = service.open && !service.store.has_tokens().await?;
+        Ok(if open { Self::Open } else { Self::Closed })
     }
 }
 
-/// An error unless the request was made under a loopback name, and not by a page of another site.
+/// What proxies say of those for whom they ask.
+const FORWARDED: [&str; 6] =
+    ["forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-forwarded-proto", "x-real-ip"];
+
+/// An error unless the request was made under a loopback name, and neither by a page of another site nor by a proxy that says so.
 fn from_this_machine(headers: &HeaderMap) -> Result<(), Problem> {
     let text = |name| headers.get(name).and_then(|v: &header::HeaderValue| v.to_str().ok());
     let host = text(header::HOST).unwrap_or_default();
@@ -97,8 +104,13 @@ fn from_this_machine(headers: &HeaderMap) -> Result<(), Problem> {
         host.rsplit_once(':').filter(|(_, port)| port.bytes().all(|b| b.is_ascii_digit())).map_or(host, |(n, _)| n);
     if !matches!(name, "localhost" | "127.0.0.1" | "[::1]") {
         return Err(Problem::unauthorised(
-            "no token has been made, so only requests to localhost are answered: gable token create",
+            "this service is open to its own machine only, so only requests to localhost are answered: gable token create",
         ));
+    }
+    if let Some(header) = FORWARDED.into_iter().find(|name| headers.contains_key(*name)) {
+        return Err(Problem::unauthorised(format!(
+            "this service is open to its own machine only, and the header {header} says that a proxy asks for others: gable token create"
+        )));
     }
     match text(header::ORIGIN) {
         Some(origin) if origin.strip_prefix("http://") != Some(host) => {
@@ -130,6 +142,29 @@ pub struct NewToken {
 /// # Errors
 /// If the database does not answer.
 pub async fn create_token(store: &Store, new: &NewToken) -> Result<Option<String>, JobStoreError> {
+    let (token, record) = draw(new)?;
+    Ok(store.add_token(&record).await?.then_some(token))
+}
+
+/// Name of the token that a service makes for whoever starts it first.
+const FIRST: &str = "operator";
+
+/// Makes the first token of a database, an operator's, and gives it; it is not kept, only its hash. None if there is any token. Of
+/// several coordinators that start at once, one makes it.
+///
+/// # Errors
+/// If the database does not answer.
+pub async fn create_first_token(store: &Store) -> Result<Option<String>, JobStoreError> {
+    if store.has_tokens().await? {
+        return Ok(None);
+    }
+    let new = NewToken { name: FIRST.to_owned(), scope: Scope::Operator, max_jobs: None, expires: None };
+    let (token, record) = draw(&new)?;
+    Ok(store.add_first_token(&record).await?.then_some(token))
+}
+
+/// A token that nobody can guess, and what is kept of it.
+fn draw(new: &NewToken) -> Result<(String, TokenRecord), JobStoreError> {
     let mut secret = [0_u8; 32];
     getrandom::fill(&mut secret).map_err(|e| JobStoreError::File {
         path: "/dev/urandom".into(),
@@ -144,7 +179,7 @@ pub async fn create_token(store: &Store, new: &NewToken) -> Result<Option<String
         expires: new.expires,
         created: 0,
     };
-    Ok(store.add_token(&record).await?.then_some(token))
+    Ok((token, record))
 }
 
 #[cfg(test)]
@@ -162,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn without_tokens_only_this_machine_is_answered() {
+    fn an_open_service_answers_its_own_machine_only() {
         assert_eq!(asked("localhost:8080", None), Ok(()));
         assert_eq!(asked("127.0.0.1:8080", Some("http://127.0.0.1:8080")), Ok(()));
         assert_eq!(asked("[::1]:8080", None), Ok(()));
@@ -171,6 +206,12 @@ mod tests {
         assert_eq!(asked("localhost:8080", Some("http://evil.example")), Err(403));
         assert_eq!(asked("localhost:8080", Some("null")), Err(403));
         assert_eq!(asked("localhost:8080", Some("http://localhost:9999")), Err(403));
+        for name in FORWARDED {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, HeaderValue::from_static("127.0.0.1:8080"));
+            headers.insert(name, HeaderValue::from_static("203.0.113.7"));
+            assert_eq!(from_this_machine(&headers).map_err(|p| p.status), Err(401), "{name}");
+        }
     }
 
     #[test]

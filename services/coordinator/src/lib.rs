@@ -19,7 +19,7 @@ mod unpack;
 mod webhooks;
 
 pub use api::{document, router};
-pub use auth::{Caller, NewToken, create_token};
+pub use auth::{Caller, NewToken, create_first_token, create_token};
 pub use feed::Feed;
 pub use listen::{Patience, serve};
 pub use pages::{escaped, time};

@@ -19,6 +19,8 @@ pub struct Coordinator {
     pub roots: Vec<PathBuf>,
     /// What a request may take.
     pub limits: Limits,
+    /// Whether, as long as no token was made, whoever asks from this machine is operator.
+    pub open: bool,
     /// The jobs whose events are streamed.
     pub feed: Feed,
     /// What many ask for at the same time.
@@ -26,10 +28,10 @@ pub struct Coordinator {
 }
 
 impl Coordinator {
-    /// A coordinator over these.
+    /// A coordinator over these, for callers with tokens.
     #[must_use]
     pub fn new(store: Store, blobs: Blobs, roots: Vec<PathBuf>, limits: Limits) -> Self {
-        Self { store, blobs, roots, limits, feed: Feed::default(), answers: Answers::default() }
+        Self { store, blobs, roots, limits, open: false, feed: Feed::default(), answers: Answers::default() }
     }
 }
 

@@ -528,7 +528,11 @@ Examples:
   gable serve --all                                         this machine: SQLite and a folder, no set-up
   gable serve --all --data /srv/gable --source-root /meshes
   gable serve --database postgres://gable@db/gable --store s3://gable --listen 0.0.0.0:8080
-  curl localhost:8080/api/v1/jobs -H 'content-type: application/json' -d '{\"source\": \"mesh.obj\", \"city\": \"delft\"}'
+  curl localhost:8080/api/v1/jobs -H \"authorization: Bearer $GABLE_TOKEN\" -H 'content-type: application/json' \\
+    -d '{\"source\": \"mesh.obj\", \"city\": \"delft\"}'
+
+Every request shows a token. Where none was made yet, the first start makes an operator's and tells it on standard error, once;
+gable token create makes others, also before the first start.
 
 The address /docs has the API. SIGTERM and Ctrl-C stop it; jobs go on when it is started again.";
 
@@ -539,9 +543,13 @@ pub(crate) struct ServeArgs {
     /// Do the tasks of jobs as well
     #[arg(long)]
     pub(crate) all: bool,
-    /// Address to listen on; addresses that other machines reach need a token
+    /// Address to listen on
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8080")]
     pub(crate) listen: std::net::SocketAddr,
+    /// As long as no token was made, let whoever asks from this machine do everything, without one: people behind a proxy on this
+    /// machine too
+    #[arg(long)]
+    pub(crate) open: bool,
     /// Age from which artefacts that nothing refers to are removed, hours
     #[arg(long, value_name = "H", default_value_t = 24.0)]
     pub(crate) collect_age: f64,

@@ -208,6 +208,9 @@ impl Remote {
         let detail = serde_json::from_str::<Value>(&told).ok().and_then(|p| p["detail"].as_str().map(str::to_owned));
         let detail = detail.unwrap_or_else(|| told.lines().next().unwrap_or_default().to_owned());
         match status {
+            401 if self.token.is_none() => {
+                Err(RemoteError::Refused(format!("it asks for a token: set GABLE_TOKEN, or give --token ({detail})")))
+            }
             400..=499 => Err(RemoteError::Refused(detail)),
             _ => Err(RemoteError::Failed { status, detail }),
         }

@@ -9,4 +9,5 @@ mod refresh;
 mod secrets;
 mod sources;
 mod standards;
+mod tokens;
 mod traces;

@@ -45,9 +45,10 @@ fn the_api_is_what_its_document_says() {
     let job = service.submit(&mesh, "delft", &wanted);
     service.expect(&job, "successful", Duration::from_secs(120));
     let address = service.address();
+    let authorization = format!("Authorization: Bearer {}", service.operator());
     let mut command = Command::new(schemathesis);
     command
-        .args(["run", &format!("{address}/api/v1/openapi.json"), "--url", address])
+        .args(["run", &format!("{address}/api/v1/openapi.json"), "--url", address, "--header", &authorization])
         .args([
             "--phases",
             "examples,coverage,fuzzing",
@@ -71,5 +72,8 @@ fn a_client_of_the_ogc_is_served() {
     let mut service = Service::new(name, Database::Sqlite, &mesh, 5.0).unwrap();
     let _process = service.serve(&["--all", "--slots", "1"]);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("conformance/ogc.py");
-    succeed(Command::new(python).arg(script).arg(service.address()).arg(&mesh), Duration::from_secs(180));
+    succeed(
+        Command::new(python).arg(script).args([service.address(), service.operator()]).arg(&mesh),
+        Duration::from_secs(180),
+    );
 }

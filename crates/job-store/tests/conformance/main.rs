@@ -73,6 +73,7 @@ conformance!(
     suite::artefacts_are_found_by_place,
     suite::workers_are_seen,
     suite::tokens_open_and_end,
+    suite::the_first_token_has_one_maker,
     suite::a_quota_holds_however_many_submit_at_once,
     suite::wrong_requests_are_refused,
     cities::generations_hold_what_was_published,
@@ -87,6 +88,35 @@ conformance!(
     schedules::callbacks_are_told_of_their_job_only,
     schedules::a_message_is_sent_until_it_is_delivered,
 );
+
+/// Many processes that begin at the same time: each connects with a pool of its own.
+async fn connect_at_once(address: &str) {
+    let connections: Vec<_> = (0..8)
+        .map(|_| {
+            let address = address.to_owned();
+            tokio::spawn(async move { Store::connect(&address).await.map_err(|e| e.to_string()) })
+        })
+        .collect();
+    for connection in connections {
+        let store = connection.await.expect("it ends").expect("it opens");
+        assert!(!store.has_tokens().await.expect("asks"));
+        store.close().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn an_empty_database_is_opened_by_many_at_once_on_sqlite() {
+    for _ in 0..5 {
+        let folder = tempfile::tempdir().expect("a folder");
+        connect_at_once(&format!("sqlite:{}", folder.path().join("jobs.db").display())).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn an_empty_database_is_opened_by_many_at_once_on_postgres() {
+    let Some(address) = postgres::database("opened_by_many") else { return };
+    connect_at_once(&address).await;
+}
 
 macro_rules! conformance_of_blobs {
     ($($name:ident),* $(,)?) => {

@@ -501,6 +501,31 @@ pub(crate) async fn tokens_open_and_end(store: &Store) {
     assert!(store.has_tokens().await.expect("asks"), "one that has ended keeps the service closed");
 }
 
+pub(crate) async fn the_first_token_has_one_maker(store: &Store) {
+    let token = |hash: &str, name: &str| TokenRecord {
+        hash: hash.to_owned(),
+        name: name.to_owned(),
+        scope: Scope::Operator,
+        max_jobs: None,
+        expires: None,
+        created: 0,
+    };
+    let makers = (0..8).map(|number| {
+        let (store, token) = (store.clone(), token(&format!("h{number}"), "operator"));
+        tokio::spawn(async move { (store.add_first_token(&token).await.expect("asks"), token.hash) })
+    });
+    let mut made = Vec::new();
+    for maker in makers.collect::<Vec<_>>() {
+        let (first, hash) = maker.await.expect("it ends");
+        made.extend(first.then_some(hash));
+    }
+    assert_eq!(made.len(), 1, "{made:?}");
+    let tokens = store.tokens().await.expect("lists");
+    assert_eq!((tokens.len(), &tokens[0].hash), (1, &made[0]));
+    assert!(!store.add_first_token(&token("h", "another")).await.expect("asks"), "there is one");
+    assert!(store.add_token(&token("h", "another")).await.expect("adds"));
+}
+
 pub(crate) async fn a_quota_holds_however_many_submit_at_once(store: &Store) {
     let token = TokenRecord {
         hash: "h".to_owned(),

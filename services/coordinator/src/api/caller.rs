@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 /// Who asks.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(crate) struct CallerView {
-    /// Name of the token; `local` where there are none.
+    /// Name of the token; `local` for a caller without one at a service that is open.
     #[schema(example = "ann")]
     name: String,
     /// viewer, submitter or operator.
@@ -25,6 +25,6 @@ pub(crate) struct CallerView {
     responses((status = 200, description = "The caller", body = CallerView))
 )]
 pub(crate) async fn show(State(service): State<Coordinator>, caller: Caller) -> Result<Json<CallerView>, Problem> {
-    let tokens = service.store.has_tokens().await?;
+    let tokens = !service.open || service.store.has_tokens().await?;
     Ok(Json(CallerView { scope: caller.scope.name(), name: caller.name, tokens }))
 }

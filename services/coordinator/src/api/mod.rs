@@ -130,7 +130,7 @@ fn routes() -> OpenApiRouter<Coordinator> {
     let mut description = Description::openapi();
     let bearer = SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer));
     description.components.get_or_insert_default().security_schemes.insert("token".to_owned(), bearer.into());
-    description.security = Some(vec![SecurityRequirement::new("token", [""; 0]), SecurityRequirement::default()]);
+    description.security = Some(vec![SecurityRequirement::new("token", [""; 0])]);
     let v1 = OpenApiRouter::new()
         .routes(routes!(jobs::submit, jobs::list))
         .routes(routes!(jobs::show))

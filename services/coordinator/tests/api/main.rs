@@ -37,7 +37,9 @@ async fn start_in(folder: Arc<tempfile::TempDir>, limits: Limits) -> Service {
     let root = base.join("meshes");
     let store = Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens");
     let blobs = Blobs::in_folder(&base.join("blobs")).expect("opens");
-    let parts = Coordinator::new(store, blobs, vec![root], limits);
+    // Most tests are about something else than tokens.
+    let mut parts = Coordinator::new(store, blobs, vec![root], limits);
+    parts.open = true;
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));
     let app = router(parts.clone());

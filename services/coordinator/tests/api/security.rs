@@ -1,7 +1,7 @@
 //! What is refused: slow clients, giant bodies, paths that climb, quotas that are used up.
 
 use crate::{Service, start};
-use gable_coordinator::{NewToken, Patience, create_token, router, serve};
+use gable_coordinator::{Coordinator, NewToken, Patience, create_token, router, serve};
 use gable_job_store::Scope;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -86,6 +86,28 @@ async fn paths_do_not_climb() {
         assert!(told.starts_with("HTTP/1.1 404") || told.starts_with("HTTP/1.1 400"), "{path}: {told}");
         assert!(!told.contains("root:") && !told.contains("SQLite"), "{path}: {told}");
     }
+}
+
+/// A proxy on the same machine asks under a loopback name, from a loopback address, and says nothing of those for whom it asks.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn nothing_is_open_by_itself() {
+    let service = start().await;
+    let Coordinator { store, blobs, roots, limits, .. } = service.parts.clone();
+    let parts = Coordinator::new(store, blobs, roots, limits);
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
+    let address = listener.local_addr().expect("an address").to_string();
+    let app = router(parts);
+    tokio::spawn(async move { axum::serve(listener, app).await });
+    for path in ["/api/v1/caller", "/api/v1/jobs", "/api/v1/uploads", "/metrics", "/plain", "/ogc/jobs"] {
+        let asked = format!("GET {path} HTTP/1.0\r\nHost: 127.0.0.1:8080\r\nConnection: close\r\n\r\n");
+        let told = raw(&address, asked.as_bytes()).await;
+        assert!(told.starts_with("HTTP/1.0 401") || told.starts_with("HTTP/1.1 401"), "{path}: {told}");
+        assert!(told.contains("gable token create"), "{path}: {told}");
+    }
+    // One that was told to be open, too, refuses proxies that say what they are.
+    let asked = [("x-forwarded-for", "203.0.113.7")];
+    service.ask("GET", "/api/v1/caller", &asked, None).await.problem(401, "unauthorised");
+    assert_eq!(service.get("/api/v1/caller").await.json()["tokens"], false);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -12,7 +12,8 @@ Examples:
   gable token revoke ann
   curl -H \"authorization: Bearer $GABLE_TOKEN\" localhost:8080/api/v1/jobs
 
-As soon as there is a token, every request needs one. Without any, the service answers its own machine only.";
+Every request to a service shows a token. Where none was made yet, the first start of gable serve makes an operator's and tells it
+on standard error, once.";
 
 /// Arguments of `gable token`.
 #[derive(Args, Debug)]

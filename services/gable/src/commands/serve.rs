@@ -4,7 +4,8 @@ use crate::cli::ServeArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
-use gable_coordinator::{Coordinator, Limits, Patience};
+use gable_coordinator::{Coordinator, Limits, Patience, create_first_token};
+use gable_job_store::Store;
 
 /// Serves until it is stopped.
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -13,15 +14,15 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
 }
 
 async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
-    let mut stop = service::stop_signal()?;
-    let parts = service::open(&args.keep).await?;
-    if !args.listen.ip().is_loopback() && !parts.store.has_tokens().await? {
+    if args.open && !args.listen.ip().is_loopback() {
         let text = format!(
-            "--listen {}: other machines would reach it, so make a token first: gable token create",
+            "--open with --listen {}: every machine that reaches it could do everything: leave --open out",
             args.listen
         );
         return Err(UsageError(text).into());
     }
+    let mut stop = service::stop_signal()?;
+    let parts = service::open(&args.keep).await?;
     let listener = tokio::net::TcpListener::bind(args.listen)
         .await
         .map_err(|e| UsageError(format!("--listen {}: {e}", args.listen)))?;
@@ -33,7 +34,9 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         private_webhooks: args.private_webhooks,
         ..Limits::default()
     };
-    let coordinator = Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.roots.clone(), limits);
+    let mut coordinator = Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.roots.clone(), limits);
+    coordinator.open = args.open;
+    say_who_may_ask(&parts.store, args.open).await?;
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));
     let working = service::work(workers, stop.clone());
@@ -57,4 +60,26 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     );
     let (working, (), (), (), delivering) = tokio::join!(working, serving, collecting, ticking, delivering);
     working.and(delivering.context("sending to webhooks"))
+}
+
+/// Says who may use the service. Where nobody could, because no token was made yet, makes an operator's and tells it: once, and to
+/// whoever started the service only.
+async fn say_who_may_ask(store: &Store, open: bool) -> anyhow::Result<()> {
+    if open {
+        if store.has_tokens().await? {
+            tracing::warn!("--open is of no effect, for there are tokens: gable token list");
+        } else {
+            tracing::warn!(
+                "--open: whoever reaches this port may do everything, people behind a proxy on this machine too, until a token is made"
+            );
+        }
+    } else if let Some(token) = create_first_token(store).await? {
+        terminal::stderr_line(&format!(
+            "This service had no token yet. This one may do everything; it is shown this once, so keep it:\n\n\
+             export GABLE_TOKEN={token}\n\n\
+             The dashboard asks for it, gable's commands read it from there, and curl shows it by\n\
+             -H \"authorization: Bearer $GABLE_TOKEN\". Others are made by gable token create.\n"
+        ));
+    }
+    Ok(())
 }

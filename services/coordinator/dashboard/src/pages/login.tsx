@@ -15,7 +15,7 @@ export function Login({ done }: { done: () => void }) {
   return (
     <form class="card login" onSubmit={submit}>
       <h1>Log in</h1>
-      <p>This service asks for a token. An operator makes one with <code>gable token create</code>.</p>
+      <p>This service asks for a token. The first start of <code>gable serve</code> told one; an operator makes others with <code>gable token create</code>.</p>
       <label>
         Token
         <input name="token" type="password" autocomplete="current-password" required autofocus aria-describedby="login-error" />
