@@ -430,6 +430,10 @@ fn missing_materials_and_textures_are_counted_and_told() {
     assert_eq!(warned(&summary, "missing material library (MTL)"), 1, "{}", summary["warnings"]);
     assert_eq!(warned(&summary, "face with an unknown material"), 7200, "{}", summary["warnings"]);
 
+    // Neither textures nor a reference system: both stand in the report, for a person.
+    assert_eq!(warned(&summary, "mesh without textures"), 1, "{}", summary["warnings"]);
+    assert_eq!(warned(&summary, "mesh that does not tell its reference system"), 1, "{}", summary["warnings"]);
+
     let case = Case::new();
     let materials: String = (0..7).map(|i| format!("newmtl m{i}\nmap_Kd absent{i}.jpg\n")).collect();
     case.file("some.mtl", materials);

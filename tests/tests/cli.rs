@@ -1,6 +1,36 @@
 //! The command line: help, parameters, exit codes, and where what is written.
 
 use gable_tests::run_gable;
+use std::process::Command;
+
+/// What a program of the toolchain says.
+fn said_by(variable: &str, program: &str, arguments: &[&str]) -> String {
+    let program = std::env::var_os(variable).unwrap_or_else(|| program.into());
+    let done = Command::new(program).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8(done.stdout).unwrap()
+}
+
+/// Numbers of a version, such as 1.94 or 1.94.1.
+fn version(text: &str) -> Vec<u32> {
+    let mut numbers: Vec<u32> = text.split('.').map(|n| n.parse().unwrap()).collect();
+    numbers.resize(3, 0);
+    numbers
+}
+
+#[test]
+fn no_dependency_needs_a_newer_compiler_than_the_manifest_says() {
+    let compiler = said_by("RUSTC", "rustc", &["-vV"]);
+    let host = compiler.lines().find_map(|line| line.strip_prefix("host: ")).unwrap();
+    let arguments = ["metadata", "--format-version", "1", "--offline", "--locked", "--filter-platform", host];
+    let metadata: serde_json::Value = serde_json::from_str(&said_by("CARGO", "cargo", &arguments)).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let needs = |p: &serde_json::Value| p["rust_version"].as_str().map(version);
+    let own = packages.iter().find(|p| p["name"] == "gable").and_then(needs).expect("the manifest says it");
+    let newer = packages.iter().filter(|p| needs(p).is_some_and(|needed| needed > own));
+    let newer: Vec<_> = newer.map(|p| format!("{} {}", p["name"], p["rust_version"])).collect();
+    assert!(newer.is_empty(), "rust-version {own:?}, and these need more: {newer:?}");
+}
 
 #[test]
 fn every_command_has_help_with_examples() {

@@ -80,6 +80,7 @@ fn run_here(
         return Err(unseen(input));
     }
     let coloured = is_coloured(&seen);
+    warnings::tell(observer, warnings::of_scene(&blocks.frame().crs, coloured), &mut warnings);
     let (ground, survey) =
         clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, coloured, &mut failures))?;
     let known = params.segmentation.footprints.as_deref();

@@ -3,6 +3,7 @@
 use crate::Observer;
 use crate::stages::holes::Hole;
 use gable_blocks::SplitReport;
+use gable_geometry::Crs;
 use gable_scene::WarningKind;
 use serde::{Deserialize, Serialize};
 
@@ -105,6 +106,23 @@ pub(crate) fn of_textures(failures: &[(std::path::PathBuf, String)]) -> Option<I
     (!failures.is_empty()).then_some(warning)
 }
 
+/// What the mesh does not tell: its reference system, and the colours of what it shows.
+pub(crate) fn of_scene(crs: &Crs, coloured: bool) -> Vec<InputWarning> {
+    let mut out = Vec::new();
+    if *crs == Crs::Unknown {
+        let what = "mesh that does not tell its reference system";
+        let consequence =
+            "its coordinates are kept, and the result names no system: say which it is by --crs EPSG:code";
+        out.push(InputWarning::new(what, consequence, 1, Vec::new()));
+    }
+    if !coloured {
+        let what = "mesh without textures, or with few";
+        let consequence = "ground, trees and buildings are told apart by geometry alone, which finds less";
+        out.push(InputWarning::new(what, consequence, 1, Vec::new()));
+    }
+    out
+}
+
 /// Holes, largest first; `origin` is that of the local frame.
 pub(crate) fn of_holes(holes: &[Hole], origin: [f64; 3]) -> Option<InputWarning> {
     let area: f64 = holes.iter().map(|h| h.area).sum();
@@ -135,6 +153,16 @@ pub(crate) fn tell(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_the_mesh_does_not_tell_is_said() {
+        let said = |crs: &Crs, coloured| of_scene(crs, coloured).iter().map(InputWarning::text).collect::<Vec<_>>();
+        assert!(said(&Crs::Epsg(7415), true).is_empty());
+        let all = said(&Crs::Unknown, false);
+        assert_eq!(all.len(), 2, "{all:?}");
+        assert!(all[0].contains("--crs EPSG:code") && all[1].contains("geometry alone"), "{all:?}");
+        assert_eq!(said(&Crs::Epsg(7415), false), all[1..]);
+    }
 
     #[test]
     fn some_places_are_named_and_the_rest_counted() {

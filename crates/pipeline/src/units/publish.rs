@@ -137,6 +137,7 @@ fn warnings_of(
         stitched.holes.iter().map(|&(area, centre)| Hole { area, centre: DVec2::from_array(centre) }).collect();
     let mut found = warnings::of_split(&blocks.report);
     found.extend(warnings::of_textures(&failed));
+    found.extend(warnings::of_scene(&blocks.frame().crs, sampled.coloured));
     found.extend(warnings::of_holes(&holes, blocks.frame().origin));
     Ok(found)
 }

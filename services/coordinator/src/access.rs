@@ -1,0 +1,72 @@
+//! The access log: one line for each request, with who asked, and what it was answered.
+//!
+//! It has a target of its own, [`TARGET`], so that `RUST_LOG=info,access=off` leaves it out. Headers, queries and bodies are never in
+//! it: they may hold secrets.
+
+use axum::body::Body;
+use axum::extract::Request;
+use axum::http::request::Parts;
+use axum::middleware::Next;
+use axum::response::Response;
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
+use tracing::Instrument as _;
+
+/// Target of the lines.
+pub(crate) const TARGET: &str = "access";
+
+/// Where who asks is noted, once it is known.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Asking(Arc<OnceLock<String>>);
+
+impl Asking {
+    /// Notes the name of the token that a request has shown.
+    pub(crate) fn note(parts: &Parts, name: &str) {
+        if let Some(asking) = parts.extensions.get::<Self>() {
+            // A handler may ask twice who asks; the answer is the same.
+            let _ = asking.0.set(name.to_owned());
+        }
+    }
+}
+
+/// A request that is being answered. One whose client goes away before that is told of, too.
+struct Line {
+    method: String,
+    path: String,
+    begun: Instant,
+    asking: Asking,
+    status: Option<u16>,
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        let (method, path, status) = (&self.method, &self.path, self.status);
+        let milliseconds = (self.begun.elapsed().as_secs_f64() * 10_000.0).round() / 10.0;
+        let token = self.asking.0.get().map(String::as_str);
+        // What asks every few seconds whether the service lives would be most of all there is.
+        if matches!(path.as_str(), "/healthz" | "/readyz") && status == Some(200) {
+            tracing::debug!(target: TARGET, method, path, status, milliseconds, token, "answered");
+        } else if status.is_none() {
+            tracing::info!(target: TARGET, method, path, milliseconds, token, "the client has gone");
+        } else {
+            tracing::info!(target: TARGET, method, path, status, milliseconds, token, "answered");
+        }
+    }
+}
+
+/// Answers a request, and logs that. The time is that until the answer begins: its body may be a stream.
+pub(crate) async fn log(mut request: Request<Body>, next: Next) -> Response {
+    let asking = Asking::default();
+    request.extensions_mut().insert(asking.clone());
+    let path = request.uri().path().to_owned();
+    let mut parts = path.split('/').skip_while(|part| *part != "jobs").skip(1);
+    let job = parts.next().filter(|id| !id.is_empty());
+    let method = request.method().to_string();
+    let span = tracing::info_span!("request", method, path, job, status = tracing::field::Empty);
+    let mut line = Line { method, path, begun: Instant::now(), asking, status: None };
+    let response = next.run(request).instrument(span.clone()).await;
+    let status = response.status().as_u16();
+    span.record("status", status);
+    line.status = Some(status);
+    response
+}
