@@ -2,7 +2,8 @@
 
 Dockerfile: hadolint. Compose: the schema of the Compose specification. Helm chart: Helm's own lint, its templates rendered with several
 sets of values, and every manifest against the strict schemas of Kubernetes (of KEDA's kinds there are none here). systemd: its own
-verification and rating. Grafana: the board's form, and that its metrics are those of the service.
+verification and rating. Grafana: the board's form. Prometheus: the rules' form. That the metrics of both are those of the service, a test of
+the service checks, on what it tells.
 """
 
 import json
@@ -95,12 +96,21 @@ def grafana():
         (x, y) for p in panels for g in [p["gridPos"]] for x in range(g["x"], g["x"] + g["w"]) for y in range(g["y"], g["y"] + g["h"])
     ]
     check("board: panels lie side by side", len(set(cells)) == len(cells) and max(x for x, _ in cells) < 24)
-    source = (ROOT / "services/coordinator/src/api/metrics.rs").read_text()
-    shown = set(re.findall(r"\bgable_[a-z_]+", " ".join(t["expr"] for p in panels for t in p["targets"])))
-    known = set(re.findall(r"\bgable_[a-z_]+", source))
-    check(f"board: {len(shown)} metrics that the service has", shown <= known, shown - known)
-    scaled = set(re.findall(r"\bgable_[a-z_]+", (DEPLOY / "helm/gable/templates/scaling.yaml").read_text()))
-    check("chart: scales on metrics that the service has", scaled and scaled <= known, scaled - known)
+
+
+def rules():
+    import yaml
+
+    groups = yaml.safe_load((DEPLOY / "prometheus" / "gable.rules.yaml").read_text())["groups"]
+    alerts = [rule for group in groups for rule in group["rules"]]
+    names = [rule["alert"] for rule in alerts]
+    check(f"rules: {len(names)} alerts, each of a name of its own", names and len(set(names)) == len(names), names)
+    for rule in alerts:
+        right = set(rule) <= {"alert", "expr", "for", "labels", "annotations"} and set(rule["annotations"]) == {"summary", "what_to_do"}
+        balanced = all(rule["expr"].count(a) == rule["expr"].count(b) for a, b in ("()", "[]", "{}"))
+        spans = re.findall(r"\[([^]]*)\]", rule["expr"]) + [rule.get("for", "1m")]
+        right = right and balanced and all(re.fullmatch(r"\d+[smhd]", span) for span in spans)
+        check(f"rules: {rule['alert']}", right and rule["labels"]["severity"] in ("page", "ticket"), rule)
 
 
 run("hadolint", TOOLS / "hadolint", "--failure-threshold", "info", DEPLOY / "Dockerfile")
@@ -109,5 +119,6 @@ run("compose specification", TOOLS / "check-jsonschema", "--builtin-schema", "ve
 helm()
 systemd()
 grafana()
+rules()
 print(f"{len(failures)} wrong")
 sys.exit(1 if failures else 0)

@@ -37,9 +37,9 @@ impl Process {
     fn start(arguments: &[String], variables: &[(String, String)], wait_for: Option<&str>) -> (Self, String) {
         let mut child = Command::new(gable())
             .args(arguments)
-            .envs(variables.iter().cloned())
             .env_remove("RUST_LOG")
             .env_remove("GABLE_TOKEN")
+            .envs(variables.iter().cloned())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -274,6 +274,31 @@ try {
   await go('workers');
   await page.getByRole('rowheader').first().waitFor();
   await shoot('workers');
+  step('a mesh of one\'s own machine is sent, chosen or dropped');
+  await go('submit');
+  const source = page.getByLabel('Mesh', { exact: true });
+  const tiny = Buffer.from('OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n');
+  await page.locator('.drop input').setInputFiles({ name: 'chosen (1).off', mimeType: 'text/plain', buffer: tiny });
+  await until('the mesh is there', async () => (await source.inputValue()).startsWith('upload:'));
+  const chosen = await source.inputValue();
+  const dropped = await page.evaluateHandle(() => {
+    const data = new DataTransfer();
+    data.items.add(new File(['OFF\n0 0 0\n'], 'dropped.off'));
+    return data;
+  });
+  await page.locator('.drop').dispatchEvent('drop', { dataTransfer: dropped });
+  await until('the other mesh is there', async () => ![chosen, ''].includes(await source.inputValue()));
+  const uploads = await api('/uploads');
+  check(uploads.map((u) => u.name).join() === 'dropped.off,chosen _1_.off', JSON.stringify(uploads));
+  check(uploads[1].bytes === tiny.length, 'all of it has come');
+  const wrong = await page.evaluateHandle(() => {
+    const data = new DataTransfer();
+    data.items.add(new File(['x'], 'letter.doc'));
+    return data;
+  });
+  await page.locator('.drop').dispatchEvent('drop', { dataTransfer: wrong });
+  await page.getByText('letter.doc is no mesh that can be sent').waitFor();
+  await shoot('sent', async () => {}, TWO_LOOKS);
   await go('schedules');
   await page.getByText('No schedule').waitFor();
   const put = await fetch(`${address}/api/v1/schedules/nightly`, {

@@ -24,7 +24,8 @@ const PLACES: usize = 500;
 const REFERENCES: &str = "SELECT path FROM artifact WHERE blob = $1 UNION ALL \
                           SELECT path FROM city_file WHERE blob = $1 UNION ALL \
                           SELECT path FROM outcome_artifact WHERE blob = $1 UNION ALL \
-                          SELECT path FROM upload_file WHERE blob = $1 LIMIT 1";
+                          SELECT path FROM upload_file WHERE blob = $1 UNION ALL \
+                          SELECT upload FROM upload_part WHERE blob = $1 LIMIT 1";
 
 impl Artifact {
     pub(crate) fn read(row: &AnyRow) -> Result<Self, JobStoreError> {

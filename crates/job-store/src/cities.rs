@@ -6,7 +6,7 @@
 use crate::database::Tx;
 use crate::events::About;
 use crate::names::named;
-use crate::{Artifact, EventKind, JobStoreError, Store};
+use crate::{Artifact, EventKind, JobStoreError, Published, Store};
 use serde::{Deserialize, Serialize};
 use sqlx::any::AnyRow;
 use sqlx::{AssertSqlSafe, Row};
@@ -358,7 +358,12 @@ impl Store {
     /// Publishes what a job made as its city's next generation, and notes it among the job's events. Held back, with the
     /// reason as an event, if readers would be worse off: the current generation is of a later job, or is whole where this
     /// one is partial. The job is locked already.
-    pub(crate) async fn publish(&self, tx: &mut Tx, job: &str, publication: &Publication) -> Result<(), JobStoreError> {
+    pub(crate) async fn publish(
+        &self,
+        tx: &mut Tx,
+        job: &str,
+        publication: &Publication,
+    ) -> Result<Published, JobStoreError> {
         let city: String =
             sqlx::query("SELECT city FROM job WHERE id = $1").bind(job).fetch_one(&mut **tx).await?.try_get("city")?;
         let failed: i64 = sqlx::query("SELECT COUNT(*) AS failed FROM task WHERE job = $1 AND state = 'failed'")
@@ -389,9 +394,10 @@ impl Store {
             } else {
                 None
             };
-            if reason.is_some() {
-                let about = About { message: reason.as_deref(), ..About::default() };
-                return self.note(tx, job, EventKind::Withheld, about).await;
+            if let Some(reason) = reason {
+                let about = About { message: Some(&reason), ..About::default() };
+                self.note(tx, job, EventKind::Withheld, about).await?;
+                return Ok(Published::Withheld(reason));
             }
         }
         let number = last + 1;
@@ -418,7 +424,8 @@ impl Store {
             .await?;
         self.tell_published(tx, &city, number).await?;
         let message = format!("generation {number} of {city}");
-        self.note(tx, job, EventKind::Published, About { message: Some(&message), ..About::default() }).await
+        self.note(tx, job, EventKind::Published, About { message: Some(&message), ..About::default() }).await?;
+        Ok(Published::Generation(number))
     }
 
     /// Ends what no longer holds and adds what is new; returns how many were added, removed and changed.

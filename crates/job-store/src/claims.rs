@@ -6,7 +6,9 @@
 
 use crate::database::Tx;
 use crate::events::About;
-use crate::{Artifact, Attempt, EventKind, JobState, JobStoreError, NewTask, Publication, Store, TaskState};
+use crate::{
+    Artifact, Attempt, Consequence, EventKind, JobState, JobStoreError, NewTask, Publication, Reaped, Store, TaskState,
+};
 use sqlx::Row;
 use std::time::Duration;
 
@@ -159,7 +161,7 @@ impl Store {
     /// [`JobStoreError::Lost`] if the task is no longer the worker's; then nothing is changed. If the call was cut off, it may
     /// be repeated: [`JobStoreError::Lost`] then also means that the first one was carried out.
     /// [`JobStoreError::NoOutcome`] if what it takes over is not kept any more: the task has to be done after all.
-    pub async fn finish(&self, claim: &Claim, result: &Finished) -> Result<(), JobStoreError> {
+    pub async fn finish(&self, claim: &Claim, result: &Finished) -> Result<Consequence, JobStoreError> {
         if let Some(early) = result.tasks.iter().find(|t| t.stage <= claim.stage) {
             let (unit, stage, added) = (claim.unit.clone(), claim.stage, early.stage);
             return Err(JobStoreError::StageOrder { unit, stage, added });
@@ -179,31 +181,34 @@ impl Store {
         {
             return Err(JobStoreError::NoOutcome { unit: claim.unit.clone(), key: key.clone() });
         }
-        if let Some(publication) = &result.publication {
-            self.publish(&mut tx, &claim.job, publication).await?;
-        }
-        self.advance(&mut tx, &claim.job).await?;
+        let publication = match &result.publication {
+            Some(publication) => Some(self.publish(&mut tx, &claim.job, publication).await?),
+            None => None,
+        };
+        let ended = self.advance(&mut tx, &claim.job).await?;
         let bytes = result.artifacts.iter().map(|a| a.bytes).sum();
         self.count(&mut tx, claim.stage, outcome, took, bytes).await?;
-        Ok(tx.commit().await?)
+        tx.commit().await?;
+        Ok(Consequence { took, again: false, publication, ended })
     }
 
     /// Gives a task up: it is tried again, or fails for good when its attempts are used up.
     ///
     /// # Errors
     /// [`JobStoreError::Lost`] if the task is no longer the worker's.
-    pub async fn fail(&self, claim: &Claim, reason: &str, retry: Retry) -> Result<(), JobStoreError> {
+    pub async fn fail(&self, claim: &Claim, reason: &str, retry: Retry) -> Result<Consequence, JobStoreError> {
         let mut tx = self.begin().await?;
         self.lock(&mut tx, &claim.job).await?;
-        self.give_up(&mut tx, claim, reason, retry, false).await?;
-        Ok(tx.commit().await?)
+        let consequence = self.give_up(&mut tx, claim, reason, retry, false).await?;
+        tx.commit().await?;
+        Ok(consequence)
     }
 
     /// Hands a task back that was not begun, or that a draining worker stops: the attempt does not count.
     ///
     /// # Errors
     /// [`JobStoreError::Lost`] if the task is no longer the worker's.
-    pub async fn release(&self, claim: &Claim) -> Result<(), JobStoreError> {
+    pub async fn release(&self, claim: &Claim) -> Result<Consequence, JobStoreError> {
         let mut tx = self.begin().await?;
         self.about(&mut tx, claim, EventKind::Retry, Some("handed back by its worker")).await?;
         let took = self.leave(&mut tx, claim, TaskState::Ready, None).await?;
@@ -214,21 +219,23 @@ impl Store {
             .execute(&mut *tx)
             .await?;
         self.count(&mut tx, claim.stage, Attempt::HandedBack, took, 0).await?;
-        Ok(tx.commit().await?)
+        tx.commit().await?;
+        Ok(Consequence { took, again: true, publication: None, ended: None })
     }
 
-    /// Takes tasks back whose lease ran out, and gives their number. Every coordinator and worker may call it at any time.
+    /// Takes tasks back whose lease ran out, and gives them. Every coordinator and worker may call it at any time.
     ///
     /// # Errors
     /// If the database does not answer.
-    pub async fn reap(&self) -> Result<usize, JobStoreError> {
-        let statement = "SELECT job, stage, unit, fence, attempts, worker FROM task WHERE state = 'running' AND lease_until < {now}";
+    pub async fn reap(&self) -> Result<Vec<Reaped>, JobStoreError> {
+        let statement = "SELECT task.job, job.city, task.stage, task.unit, task.fence, task.attempts, task.worker FROM task \
+                         JOIN job ON job.id = task.job WHERE task.state = 'running' AND task.lease_until < {now}";
         let expired = sqlx::query(self.sql(statement)).fetch_all(&self.pool).await?;
-        let mut taken = 0;
+        let mut taken = Vec::new();
         for row in expired {
             let claim = Claim {
                 job: row.try_get("job")?,
-                city: String::new(),
+                city: row.try_get("city")?,
                 request: String::new(),
                 stage: row.try_get("stage")?,
                 unit: row.try_get("unit")?,
@@ -236,14 +243,15 @@ impl Store {
                 fence: row.try_get("fence")?,
                 attempt: row.try_get("attempts")?,
             };
-            let worker: Option<String> = row.try_get("worker")?;
+            let worker = row.try_get::<Option<String>, _>("worker")?.unwrap_or_else(|| "?".to_owned());
             let mut tx = self.begin().await?;
             self.lock(&mut tx, &claim.job).await?;
-            let reason = format!("worker {} fell silent", worker.as_deref().unwrap_or("?"));
+            let reason = format!("worker {worker} fell silent");
             match self.give_up(&mut tx, &claim, &reason, Retry::After(Duration::ZERO), true).await {
-                Ok(()) => {
+                Ok(consequence) => {
                     tx.commit().await?;
-                    taken += 1;
+                    let Claim { job, city, stage, unit, attempt, .. } = claim;
+                    taken.push(Reaped { job, city, stage, unit, attempt, worker, consequence });
                 }
                 // A heartbeat has come since, or someone else was quicker.
                 Err(JobStoreError::Lost { .. }) => {}
@@ -261,7 +269,7 @@ impl Store {
         reason: &str,
         retry: Retry,
         expired: bool,
-    ) -> Result<(), JobStoreError> {
+    ) -> Result<Consequence, JobStoreError> {
         let statement = "SELECT required, max_attempts, attempts FROM task WHERE job = $1 AND stage = $2 AND unit = $3 \
                          AND fence = $4 AND state = 'running' AND ($5 = 0 OR lease_until < {now})";
         let row = sqlx::query(self.sql(statement))
@@ -275,6 +283,7 @@ impl Store {
             .ok_or_else(|| claim.lost())?;
         let (required, most, attempts): (i64, i64, i64) =
             (row.try_get("required")?, row.try_get("max_attempts")?, row.try_get("attempts")?);
+        let mut ended = None;
         let (again, took) = if let (Retry::After(pause), true) = (retry, attempts < most) {
             let took = self.leave(tx, claim, TaskState::Ready, Some(reason)).await?;
             let statement = "UPDATE task SET not_before = {now} + $4 WHERE job = $1 AND stage = $2 AND unit = $3";
@@ -292,8 +301,9 @@ impl Store {
             self.about(tx, claim, EventKind::Failed, Some(reason)).await?;
             if required == 1 {
                 self.end(tx, &claim.job, JobState::Failed, Some(reason)).await?;
+                ended = Some(JobState::Failed);
             } else {
-                self.advance(tx, &claim.job).await?;
+                ended = self.advance(tx, &claim.job).await?;
             }
             (false, took)
         };
@@ -302,7 +312,8 @@ impl Store {
             (false, true) => Attempt::Retried,
             (false, false) => Attempt::Failed,
         };
-        self.count(tx, claim.stage, outcome, took, 0).await
+        self.count(tx, claim.stage, outcome, took, 0).await?;
+        Ok(Consequence { took, again, publication: None, ended })
     }
 
     /// Ends the hold on a task, if it is held under this fence; gives how long it was held.

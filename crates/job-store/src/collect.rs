@@ -65,6 +65,7 @@ impl Store {
     ) -> Result<Collected, JobStoreError> {
         let mut collected = Collected { outcomes: self.forget_outcomes(outcomes).await?, ..Collected::default() };
         self.forget_uploads(jobs).await?;
+        self.forget_open_uploads().await?;
         let statement = "DELETE FROM artifact WHERE SUBSTR(path, 1, 7) <> 'result/' AND job IN \
                          (SELECT id FROM job WHERE state IN ('successful', 'cancelled') AND finished < {now} - $1)";
         collected.artifacts =
@@ -112,7 +113,7 @@ impl Store {
         Ok(())
     }
 
-    fn sql_of(&self, statement: &str) -> AssertSqlSafe<String> {
+    pub(crate) fn sql_of(&self, statement: &str) -> AssertSqlSafe<String> {
         AssertSqlSafe(statement.replace("{now}", self.now()))
     }
 }

@@ -38,6 +38,22 @@ pub enum JobStoreError {
         /// How many.
         most: i64,
     },
+    /// The owner has as many uploads under way as they may.
+    #[error("{owner} may have {most} uploads under way: complete one, or give one up")]
+    OpenUploads {
+        /// Whose uploads.
+        owner: String,
+        /// How many.
+        most: i64,
+    },
+    /// The owner has sent as many bytes as they may.
+    #[error("uploads of {owner} may have {} MB in all: remove some that no job needs any more", most >> 20)]
+    UploadBytes {
+        /// Whose uploads.
+        owner: String,
+        /// How many bytes.
+        most: u64,
+    },
     /// The task is held by someone else, or by no one: the result must be thrown away.
     #[error("task {unit} of stage {stage} of job {job} is no longer held under fence {fence}")]
     Lost {

@@ -29,6 +29,8 @@ named! {
 pub struct Figures {
     /// How many jobs are in which state.
     pub jobs: Vec<(JobState, i64)>,
+    /// How long the oldest job waits that nobody has begun, milliseconds; 0 if none waits.
+    pub oldest_waiting: i64,
     /// The tasks of jobs that are not over.
     pub queue: Vec<Queue>,
     /// What became of attempts so far.
@@ -76,6 +78,9 @@ impl Store {
         for row in jobs.fetch_all(&self.pool).await? {
             figures.jobs.push((row.try_get::<&str, _>("state")?.parse()?, row.try_get("jobs")?));
         }
+        let statement = "SELECT {now} - MIN(created) AS waits FROM job WHERE state = 'accepted'";
+        let waits = sqlx::query(self.sql(statement)).fetch_one(&self.pool).await?;
+        figures.oldest_waiting = waits.try_get::<Option<i64>, _>("waits")?.unwrap_or(0).max(0);
         let queue = sqlx::query(
             "SELECT task.stage, task.state, COUNT(*) AS tasks, COUNT(CASE WHEN task.state = 'ready' AND task.stage = job.stage \
              AND job.state <> 'paused' THEN 1 END) AS claimable FROM job JOIN task ON task.job = job.id \
@@ -102,6 +107,20 @@ impl Store {
         }
         figures.workers = self.workers_seen(Some(lately)).await?;
         Ok(figures)
+    }
+
+    /// Bytes of all contents that anything refers to, each counted once. It looks at every reference, so it is not to be asked for
+    /// often.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn stored_bytes(&self) -> Result<i64, JobStoreError> {
+        let statement = "SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) AS bytes FROM (SELECT MAX(bytes) AS bytes FROM ( \
+                         SELECT blob, bytes FROM artifact UNION ALL SELECT blob, bytes FROM outcome_artifact UNION ALL \
+                         SELECT blob, bytes FROM city_file UNION ALL SELECT blob, bytes FROM upload_file UNION ALL \
+                         SELECT blob, bytes FROM upload_part) AS referred \
+                         GROUP BY blob) AS contents";
+        Ok(sqlx::query(statement).fetch_one(&self.pool).await?.try_get("bytes")?)
     }
 
     /// Counts an attempt that ends. The last statement of its transaction: all tasks of a stage meet in one row.

@@ -1,6 +1,7 @@
 //! Meshes that users have sent.
 
-use crate::{Artifact, JobStoreError, Store};
+use crate::database::Tx;
+use crate::{Artifact, JobStoreError, Store, UploadQuota, parts};
 use sqlx::any::AnyRow;
 use sqlx::{AssertSqlSafe, Row};
 use std::time::Duration;
@@ -42,9 +43,26 @@ impl Store {
     /// Adds an upload whose files are in the object store, and held.
     ///
     /// # Errors
-    /// If the database does not answer.
-    pub async fn add_upload(&self, upload: &Upload, files: &[Artifact]) -> Result<(), JobStoreError> {
+    /// If its owner may have no more bytes here, or the database does not answer.
+    pub async fn add_upload(
+        &self,
+        upload: &Upload,
+        files: &[Artifact],
+        quota: UploadQuota,
+    ) -> Result<(), JobStoreError> {
         let mut tx = self.begin().await?;
+        parts::lock_owner(&mut tx, &upload.owner).await?;
+        self.insert_upload(&mut tx, upload, files).await?;
+        parts::within(&mut tx, &upload.owner, quota).await?;
+        self.commit(tx).await
+    }
+
+    pub(crate) async fn insert_upload(
+        &self,
+        tx: &mut Tx,
+        upload: &Upload,
+        files: &[Artifact],
+    ) -> Result<(), JobStoreError> {
         let statement = "INSERT INTO upload (id, owner, name, bytes, files, created, used) VALUES ($1, $2, $3, $4, $5, {now}, {now})";
         sqlx::query(self.sql(statement))
             .bind(&upload.id)
@@ -52,7 +70,7 @@ impl Store {
             .bind(&upload.name)
             .bind(upload.bytes as i64)
             .bind(upload.files as i64)
-            .execute(&mut *tx)
+            .execute(&mut **tx)
             .await?;
         for some in files.chunks(SOME) {
             let places: Vec<String> =
@@ -62,9 +80,9 @@ impl Store {
             for file in some {
                 query = query.bind(&file.path).bind(file.blob.to_string()).bind(file.bytes as i64);
             }
-            query.execute(&mut *tx).await?;
+            query.execute(&mut **tx).await?;
         }
-        self.commit(tx).await
+        Ok(())
     }
 
     /// An upload.

@@ -30,6 +30,12 @@ impl Stage {
     pub const ALL: [Self; 8] =
         [Self::Split, Self::Sample, Self::Terrain, Self::Segment, Self::Stitch, Self::Model, Self::Write, Self::Report];
 
+    /// The name of the stage with a number, as tasks have it.
+    #[must_use]
+    pub fn name_of(number: i64) -> &'static str {
+        usize::try_from(number).ok().and_then(|n| Self::ALL.get(n)).map_or("unknown", |stage| stage.name())
+    }
+
     /// The name that a user sees.
     #[must_use]
     pub fn name(self) -> &'static str {

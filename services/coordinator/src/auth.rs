@@ -5,6 +5,7 @@
 //! is one, so that no page of another site can reach it through a browser on that machine. A proxy that does not say so cannot be told
 //! from a person, which is why nothing is open by itself.
 
+use crate::access::Asking;
 use crate::shared::Freshness;
 use crate::{Coordinator, Problem};
 use axum::extract::FromRequestParts;
@@ -48,18 +49,20 @@ impl FromRequestParts<Coordinator> for Caller {
         // Looking may go on for a moment after a token was taken away; doing may not.
         let freshness = if parts.method.is_safe() { Freshness::lately(writes) } else { Freshness::now(writes) };
         let access = service.answers.access.get(&hash, freshness, |_| Access::find(service, &hash));
-        match access.await? {
+        let caller = match access.await? {
             Access::Open => {
                 from_this_machine(&parts.headers)?;
-                Ok(Self { name: "local".to_owned(), scope: Scope::Operator, max_jobs: None })
+                Self { name: "local".to_owned(), scope: Scope::Operator, max_jobs: None }
             }
-            Access::Token(found) => Ok(Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs }),
+            Access::Token(found) => Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs },
             Access::Closed if shown.is_none() => {
                 let what = "send the header Authorization: Bearer TOKEN; gable token create makes a token";
-                Err(Problem::unauthorised(what))
+                return Err(Problem::unauthorised(what));
             }
-            Access::Closed => Err(Problem::unauthorised("this token is not known, or has ended")),
-        }
+            Access::Closed => return Err(Problem::unauthorised("this token is not known, or has ended")),
+        };
+        Asking::note(parts, &caller.name);
+        Ok(caller)
     }
 }
 

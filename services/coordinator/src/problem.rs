@@ -40,6 +40,11 @@ impl Problem {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid", "The request cannot be carried out", detail)
     }
 
+    /// A source that the service cannot read.
+    pub(crate) fn source(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "source", "The source cannot be read", detail)
+    }
+
     pub(crate) fn query(detail: impl Into<String>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, "query", "The query cannot be read", detail)
     }
@@ -79,6 +84,12 @@ impl From<JobStoreError> for Problem {
             }
             JobStoreError::Quota { .. } => {
                 Self::new(StatusCode::TOO_MANY_REQUESTS, "quota", "Too many jobs under way", detail)
+            }
+            JobStoreError::OpenUploads { .. } => {
+                Self::new(StatusCode::TOO_MANY_REQUESTS, "quota", "Too many uploads under way", detail)
+            }
+            JobStoreError::UploadBytes { .. } => {
+                Self::new(StatusCode::PAYLOAD_TOO_LARGE, "quota", "The token may keep no more", detail)
             }
             JobStoreError::KeyReused { .. } => {
                 Self::new(StatusCode::CONFLICT, "key-reused", "The idempotency key was used before", detail)
@@ -140,7 +151,7 @@ impl<const STATUS: u16> IntoResponses for Refused<STATUS> {
             415 => "The body is not said to be JSON",
             416 => "The file has no such part",
             422 => "What is asked for cannot be done",
-            429 => "Too many jobs under way",
+            429 => "Too many jobs or uploads under way",
             503 => "The database or the object store does not answer",
             _ => "A fault of the service",
         };

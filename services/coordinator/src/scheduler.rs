@@ -3,7 +3,7 @@
 use crate::Coordinator;
 use crate::api::{first_task, read_request};
 use crate::cron::Ticks;
-use gable_job_store::{JobStoreError, Missed, Schedule, Tick};
+use gable_job_store::{JobStoreError, Missed, NewSchedule, Schedule, Tick};
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -37,8 +37,11 @@ async fn look(service: &Coordinator) -> Result<(), JobStoreError> {
         }
         let first = first_task(&read_request(&schedule.said.request)?);
         if let Some(run) = service.store.tick(&schedule, tick, &first, following.ok()).await? {
-            let (outcome, job) = (run.outcome.name(), run.job.as_deref());
-            tracing::info!(schedule = schedule.said.name, run = run.number, job, "tick: {outcome}");
+            let NewSchedule { name, city, owner, .. } = &schedule.said;
+            match run.job.as_deref() {
+                Some(job) => tracing::info!(job, city, owner, schedule = name, run = run.number, "job submitted"),
+                None => tracing::warn!(city, schedule = name, run = run.number, "tick: {}", run.outcome.name()),
+            }
         }
     }
     Ok(())

@@ -6,7 +6,9 @@ use crate::pages::Snapshot;
 use crate::shared::Shared;
 use gable_job_store::{Blobs, Store};
 use std::path::PathBuf;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::Mutex;
 
 /// The service's parts. Clones share them.
 #[derive(Clone, Debug)]
@@ -19,6 +21,8 @@ pub struct Coordinator {
     pub roots: Vec<PathBuf>,
     /// What a request may take.
     pub limits: Limits,
+    /// Where what is sent lies until it is in the object store; by default the system's folder for temporary files, which may be in memory.
+    pub folder: PathBuf,
     /// Whether, as long as no token was made, whoever asks from this machine is operator.
     pub open: bool,
     /// The jobs whose events are streamed.
@@ -31,7 +35,8 @@ impl Coordinator {
     /// A coordinator over these, for callers with tokens.
     #[must_use]
     pub fn new(store: Store, blobs: Blobs, roots: Vec<PathBuf>, limits: Limits) -> Self {
-        Self { store, blobs, roots, limits, open: false, feed: Feed::default(), answers: Answers::default() }
+        let folder = std::env::temp_dir();
+        Self { store, blobs, roots, limits, folder, open: false, feed: Feed::default(), answers: Answers::default() }
     }
 }
 
@@ -44,6 +49,8 @@ pub struct Answers {
     pub(crate) blocks: Shared<Snapshot>,
     /// Who asks, by the hash of the token that is shown.
     pub(crate) access: Shared<Access>,
+    /// Bytes of all that is kept, and when they were counted.
+    pub(crate) stored: Arc<Mutex<Option<(Instant, i64)>>>,
 }
 
 /// What a request may take.
@@ -57,6 +64,10 @@ pub struct Limits {
     pub page: i64,
     /// Largest upload, bytes.
     pub upload: u64,
+    /// Most that the uploads of one token may have together, bytes.
+    pub uploads: u64,
+    /// Most uploads in parts that one token may have under way.
+    pub open_uploads: i64,
     /// Most that an upload may unpack to, bytes.
     pub unpacked: u64,
     /// Most files in an upload.
@@ -72,6 +83,8 @@ impl Default for Limits {
             time: Duration::from_secs(30),
             page: 1000,
             upload: 16 << 30,
+            uploads: 64 << 30,
+            open_uploads: 16,
             unpacked: 64 << 30,
             files: 100_000,
             private_webhooks: false,

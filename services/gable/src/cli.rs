@@ -4,7 +4,7 @@ mod remote;
 mod schedule;
 mod token;
 
-pub(crate) use remote::{CancelArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, StatusArgs, SubmitArgs};
+pub(crate) use remote::{CancelArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, Send, StatusArgs, SubmitArgs};
 pub(crate) use schedule::{CreateArgs, ListArgs, NameArgs, ScheduleAction, ScheduleArgs};
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
 
@@ -560,6 +560,9 @@ pub(crate) struct ServeArgs {
     /// Largest mesh that may be uploaded, MB; unpacked it may have four times as much
     #[arg(long, value_name = "MB", default_value_t = 16_384)]
     pub(crate) upload_size: u64,
+    /// Most that the uploads of one token may take together, MB
+    #[arg(long, value_name = "MB", default_value_t = 65_536)]
+    pub(crate) upload_quota: u64,
     /// Let webhooks be at addresses of this machine and of private networks
     #[arg(long)]
     pub(crate) private_webhooks: bool,

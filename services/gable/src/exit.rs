@@ -30,7 +30,7 @@ fn number(error: &anyhow::Error) -> u8 {
         || error.is::<gable_city_model::Error>()
         || error.is::<SceneError>()
         || error.is::<gable_segmentation::Error>()
-        || matches!(error.downcast_ref(), Some(RemoteError::Refused(_)))
+        || matches!(error.downcast_ref(), Some(RemoteError::Refused(_) | RemoteError::NotSeen(_)))
         || matches!(error.downcast_ref(), Some(SynthError::Parameter { .. } | SynthError::EmptyTruth));
     match error.downcast_ref::<PipelineError>().map(PipelineError::kind) {
         Some(ErrorKind::Input) => 2,

@@ -4,7 +4,6 @@
 //! All tasks of a job are in one trace, whichever workers do them: its id is that of the job, so nothing has to be passed around.
 
 use crate::otlp_client::Client;
-use gable_pipeline::Stage;
 use opentelemetry::trace::{
     Span as _, SpanBuilder, SpanId, SpanKind, Status, TraceId, Tracer as _, TracerProvider as _,
 };
@@ -119,6 +118,10 @@ impl Said {
                 self.trace = if self.task { trace_of(value) } else { None };
                 "gable.job"
             }
+            "stage" => {
+                self.name = value.to_owned().into();
+                "gable.stage"
+            }
             "unit" => "gable.unit",
             "worker" => "gable.worker",
             "outcome" => "gable.outcome",
@@ -151,15 +154,8 @@ impl Visit for Said {
     }
 
     fn record_i64(&mut self, field: &Field, value: i64) {
-        match field.name() {
-            "stage" => {
-                let stage = usize::try_from(value).ok().and_then(|n| Stage::ALL.get(n));
-                let name = stage.map_or("unknown", |s| s.name());
-                self.name = name.into();
-                self.attributes.push(KeyValue::new("gable.stage", name));
-            }
-            "attempt" => self.attributes.push(KeyValue::new("gable.attempt", value)),
-            _ => {}
+        if field.name() == "attempt" {
+            self.attributes.push(KeyValue::new("gable.attempt", value));
         }
     }
 

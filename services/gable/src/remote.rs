@@ -26,6 +26,9 @@ pub(crate) enum RemoteError {
     /// It refuses: the request has to be another one.
     #[error("the service refuses: {0}")]
     Refused(String),
+    /// It cannot see the mesh.
+    #[error("the service refuses: {0}")]
+    NotSeen(String),
     /// It could not.
     #[error("the service failed with status {status}: {detail}")]
     Failed {
@@ -77,11 +80,13 @@ struct Call<'a> {
     path: &'a str,
     headers: &'a [(&'a str, &'a str)],
     body: Option<&'a Value>,
+    /// A body that is no JSON.
+    content: Option<&'a [u8]>,
 }
 
 impl<'a> Call<'a> {
     fn new(method: &'a str, path: &'a str) -> Self {
-        Self { method, path, headers: &[], body: None }
+        Self { method, path, headers: &[], body: None, content: None }
     }
 }
 
@@ -128,6 +133,20 @@ impl Remote {
     /// Puts something at an address.
     pub(crate) fn put(&self, path: &str, body: &Value) -> Result<Value, RemoteError> {
         self.json(Call { body: Some(body), ..Call::new("PUT", path) })
+    }
+
+    /// Puts a content at an address.
+    pub(crate) fn put_bytes(&self, path: &str, headers: &[(&str, &str)], content: &[u8]) -> Result<Value, RemoteError> {
+        self.json(Call { headers, content: Some(content), ..Call::new("PUT", path) })
+    }
+
+    /// Whether it is asked under an address of this machine.
+    pub(crate) fn is_here(&self) -> bool {
+        let place = self.url.split_once("://").map_or("", |(_, place)| place);
+        let host = place.split('/').next().unwrap_or_default();
+        let port = |port: &str| port.bytes().all(|b| b.is_ascii_digit());
+        let name = host.rsplit_once(':').filter(|(_, number)| port(number)).map_or(host, |(name, _)| name);
+        matches!(name, "localhost" | "127.0.0.1" | "[::1]")
     }
 
     /// Removes what is at an address.
@@ -190,7 +209,11 @@ impl Remote {
         for (name, value) in call.headers {
             request = request.header(*name, *value);
         }
-        let body = call.body.map(Value::to_string).unwrap_or_default();
+        let json = call.body.map(Value::to_string).unwrap_or_default();
+        let body = call.content.unwrap_or(json.as_bytes());
+        if call.content.is_some() {
+            request = request.header("content-type", "application/octet-stream");
+        }
         let request = request.body(body).map_err(|e| unreachable(e.to_string()))?;
         let mut response = self.agent.run(request).map_err(|e| match untrusted(&e) {
             Some(reason) => RemoteError::Untrusted { url: self.url.clone(), reason },
@@ -205,12 +228,16 @@ impl Remote {
             return Err(RemoteError::Refused(format!("it sends elsewhere, to {to}: give its own address as --url")));
         }
         let told = response.body_mut().with_config().limit(1 << 20).read_to_string().unwrap_or_default();
-        let detail = serde_json::from_str::<Value>(&told).ok().and_then(|p| p["detail"].as_str().map(str::to_owned));
+        let problem = serde_json::from_str::<Value>(&told).unwrap_or_default();
+        let detail = problem["detail"].as_str().map(str::to_owned);
         let detail = detail.unwrap_or_else(|| told.lines().next().unwrap_or_default().to_owned());
         match status {
             401 if self.token.is_none() => {
                 Err(RemoteError::Refused(format!("it asks for a token: set GABLE_TOKEN, or give --token ({detail})")))
             }
+            422 if problem["type"] == "source" => Err(RemoteError::NotSeen(detail)),
+            // It took too long on its way: the same again may do better.
+            408 => Err(RemoteError::Failed { status, detail }),
             400..=499 => Err(RemoteError::Refused(detail)),
             _ => Err(RemoteError::Failed { status, detail }),
         }

@@ -4,6 +4,7 @@ use crate::cli::{DatabaseArgs, KeepArgs, SlotArgs};
 use crate::exit::UsageError;
 use anyhow::Context as _;
 use gable_job_store::{Blobs, Store};
+use gable_pipeline::Stage;
 use gable_worker::{Limits, Settings, Worker};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -110,6 +111,7 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
             let settings = Settings {
                 id,
                 host: host.clone(),
+                stage_name: Stage::name_of,
                 program: program.clone(),
                 folder: tasks.clone(),
                 blobs: folder.join("blobs"),
@@ -124,6 +126,13 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
         .collect()
 }
 
+/// A folder of this process for what is sent to it, on the disk of the data: the system's may be in memory.
+pub(crate) fn incoming(data: &Path) -> anyhow::Result<PathBuf> {
+    let all = folder(data)?.join("incoming");
+    remove_stale(&all);
+    folder(&all.join(format!("tasks-{}", std::process::id())))
+}
+
 /// The program that does one task: this one.
 fn program(parts: &Parts, cores: usize, slots: &SlotArgs) -> anyhow::Result<Vec<OsString>> {
     let mut program: Vec<OsString> = slots.task_wrapper.iter().map(Into::into).collect();
@@ -136,7 +145,7 @@ fn program(parts: &Parts, cores: usize, slots: &SlotArgs) -> anyhow::Result<Vec<
     Ok(program)
 }
 
-/// Removes the tasks' folders of workers that were killed. The number of a process may be given anew: then they stay until
+/// Removes the folders of processes that were killed. The number of a process may be given anew: then they stay until
 /// another time.
 fn remove_stale(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

@@ -8,6 +8,7 @@ mod log;
 mod outcome;
 mod protocol;
 mod task;
+mod tell;
 mod worker;
 
 pub use child::Limits;

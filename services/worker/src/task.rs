@@ -6,6 +6,7 @@ use crate::history;
 use crate::log::Log;
 use crate::outcome;
 use crate::protocol::{History, Needs, Order, Report, UPLOAD};
+use crate::tell;
 use crate::{Settings, WorkerError};
 use gable_job_store::{
     Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry, Store,
@@ -272,28 +273,24 @@ impl Around<'_> {
                 self.store.keep_log(claim, &log).await?;
             }
             match &made {
-                Made::Result(result) => self.store.finish(claim, result).await,
-                Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await,
-                Made::Failed(reason) => self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await,
-                Made::Away(reason) => {
-                    tracing::warn!("handed back: {reason}");
-                    self.store.release(claim).await
+                Made::Result(result) => self.store.finish(claim, result).await.map(Some),
+                Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await.map(Some),
+                Made::Failed(reason) => {
+                    self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await.map(Some)
                 }
-                Made::Stopped if draining => self.store.release(claim).await,
+                Made::Away(_) => self.store.release(claim).await.map(Some),
+                Made::Stopped if draining => self.store.release(claim).await.map(Some),
                 // A heartbeat was told so before there was a result to refuse.
-                Made::Stopped => {
-                    tracing::info!("the task is no longer held here: its result is thrown away");
-                    Ok(())
-                }
+                Made::Stopped => Ok(None),
             }
         })
         .await;
         let (outcome, reason) = match (&told, &made) {
-            (Ok(()), Made::Result(result)) => (if result.reused { "reused" } else { "done" }, None),
-            (Ok(()), Made::BadInput(reason) | Made::Failed(reason)) => ("failed", Some(reason.clone())),
-            (Ok(()), Made::Away(reason)) => ("handed-back", Some(reason.clone())),
-            (Ok(()), Made::Stopped) if draining => ("handed-back", None),
-            (Ok(()), Made::Stopped) | (Err(JobStoreError::Lost { .. }), _) => ("lost", None),
+            (Ok(None), _) | (Err(JobStoreError::Lost { .. }), _) => ("lost", None),
+            (Ok(_), Made::Result(result)) => (if result.reused { "reused" } else { "done" }, None),
+            (Ok(_), Made::BadInput(reason) | Made::Failed(reason)) => ("failed", Some(reason.clone())),
+            (Ok(_), Made::Away(reason)) => ("handed-back", Some(reason.clone())),
+            (Ok(_), Made::Stopped) => ("handed-back", None),
             (Err(JobStoreError::NoOutcome { .. }), _) => ("handed-back", None),
             (Err(e), _) => ("lost", Some(format!("not handed in: {e}"))),
         };
@@ -301,7 +298,21 @@ impl Around<'_> {
         span.record("outcome", outcome);
         span.record("reason", reason);
         match told {
-            Ok(()) => Ok(()),
+            Ok(Some(followed)) => {
+                match &made {
+                    Made::Result(result) => tell::done(result.artifacts.len(), result.reused, &followed),
+                    Made::BadInput(reason) | Made::Failed(reason) => {
+                        tell::failed(reason, pause(claim.attempt), &followed)
+                    }
+                    Made::Away(reason) => tracing::warn!(reason, "task handed back"),
+                    Made::Stopped => tracing::info!("task handed back"),
+                }
+                Ok(())
+            }
+            Ok(None) => {
+                tracing::info!("the task is no longer held here: its result is thrown away");
+                Ok(())
+            }
             // It was forgotten just now: the task is handed back, and done.
             Err(JobStoreError::NoOutcome { .. }) => {
                 if let Err(e) = self.store.release(claim).await {

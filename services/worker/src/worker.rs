@@ -4,6 +4,7 @@ use crate::cache::Cache;
 use crate::child::State;
 use crate::log::Log;
 use crate::task::Around;
+use crate::tell;
 use crate::{Limits, WorkerError};
 use gable_job_store::{Blobs, Claim, JobStoreError, Store, Worker as Seen};
 use std::convert::Infallible;
@@ -21,6 +22,8 @@ pub struct Settings {
     pub id: String,
     /// Name of its machine.
     pub host: String,
+    /// Name of a stage by its number, as people know it.
+    pub stage_name: fn(i64) -> &'static str,
     /// The program that does the tasks, with its arguments.
     pub program: Vec<OsString>,
     /// Where tasks have their folders.
@@ -83,14 +86,15 @@ impl Worker {
                     let span = tracing::info_span!(
                         "task",
                         job = claim.job,
-                        stage = claim.stage,
+                        city = claim.city,
+                        stage = (self.settings.stage_name)(claim.stage),
                         unit = claim.unit,
                         attempt = claim.attempt,
                         worker = self.settings.id,
                         outcome = tracing::field::Empty,
                         reason = tracing::field::Empty,
                     );
-                    span.in_scope(|| tracing::info!("begins"));
+                    span.in_scope(|| tracing::info!("task claimed"));
                     let around = Around {
                         store: &self.store,
                         blobs: &self.blobs,
@@ -133,7 +137,9 @@ impl Worker {
     }
 
     async fn claim(&self) -> Result<Option<Claim>, JobStoreError> {
-        self.store.reap().await?;
+        for task in self.store.reap().await? {
+            tell::reaped(&task, (self.settings.stage_name)(task.stage));
+        }
         let claim = self.store.claim(&self.settings.id, self.settings.lease).await?;
         let name = claim.as_ref().map(|c| format!("{} {} {}", c.job, c.stage, c.unit));
         *self.task.lock().unwrap_or_else(PoisonError::into_inner) = name;

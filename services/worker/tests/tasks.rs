@@ -24,6 +24,7 @@ impl Town {
         let mut settings = Settings {
             id: name.to_owned(),
             host: "here".to_owned(),
+            stage_name: |_| "stage",
             program: ["sh", "-c", script].map(Into::into).to_vec(),
             folder: self.folder.path().join(name),
             blobs: self.folder.path().join(name).join("blobs"),

@@ -30,7 +30,9 @@ fn a_job_is_submitted_watched_and_downloaded() {
     let nowhere = ask(&service, &token, &["status", "none"]);
     assert_eq!((nowhere.code, nowhere.stderr.contains("there is no job none")), (2, true), "{}", nowhere.stderr);
     let outside = ask(&service, &token, &["submit", "/etc/passwd", "--city", "delft"]);
-    assert_eq!((outside.code, outside.stderr.contains("source root")), (2, true), "{}", outside.stderr);
+    assert_eq!((outside.code, outside.stderr.contains("no mesh that can be sent")), (2, true), "{}", outside.stderr);
+    let unsent = ask(&service, &token, &["submit", "/etc/passwd", "--city", "delft", "--send", "never"]);
+    assert_eq!((unsent.code, unsent.stderr.contains("source root")), (2, true), "{}", unsent.stderr);
 
     let submit = [&["submit", source, "--city", "del ft", "--key", "k", "--json"], &wanted[..]].concat();
     let job = ask(&service, &token, &submit).success().json();

@@ -7,6 +7,7 @@ mod postgres;
 mod s3_server;
 mod schedules;
 mod suite;
+mod uploads;
 
 use gable_job_store::{Blobs, Store};
 
@@ -76,6 +77,8 @@ conformance!(
     suite::the_first_token_has_one_maker,
     suite::a_quota_holds_however_many_submit_at_once,
     suite::wrong_requests_are_refused,
+    uploads::parts_are_kept_until_they_are_an_upload,
+    uploads::quotas_of_uploads_hold_under_a_rush,
     cities::generations_hold_what_was_published,
     cities::readers_never_get_less_than_they_had,
     cities::outcomes_are_taken_over,

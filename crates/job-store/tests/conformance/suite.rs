@@ -143,7 +143,11 @@ pub(crate) async fn a_late_result_is_refused(store: &Store) {
     let id = submit(store, &job("a", vec![task(0, "x")])).await;
     let frozen = store.claim("frozen", SHORT).await.expect("claims").expect("ready");
     tokio::time::sleep(2 * SHORT).await;
-    assert_eq!(store.reap().await.expect("reaps"), 1);
+    let reaped = store.reap().await.expect("reaps");
+    let said = |r: &gable_job_store::Reaped| (r.city.clone(), r.unit.clone(), r.attempt, r.worker.clone());
+    let expected = ("a".to_owned(), "x".to_owned(), 1, "frozen".to_owned());
+    assert_eq!(reaped.iter().map(said).collect::<Vec<_>>(), [expected]);
+    assert!(reaped[0].consequence.again && reaped[0].consequence.took >= SHORT, "{reaped:?}");
     let second = claim(store, "second").await;
     assert_eq!((second.attempt, second.fence), (2, frozen.fence + 1));
     let made = |name: &[u8]| Artifact { path: "a".to_owned(), blob: BlobId::of(name), bytes: 1 };
@@ -165,14 +169,14 @@ pub(crate) async fn a_silent_worker_loses_its_task(store: &Store) {
     tokio::time::sleep(Duration::from_millis(200)).await;
     assert_eq!(store.heartbeat(&alive, Duration::from_secs(20), "half").await.expect("beats"), Order::Continue);
     tokio::time::sleep(Duration::from_millis(200)).await;
-    assert_eq!(store.reap().await.expect("reaps"), 0, "a heartbeat keeps it");
+    assert_eq!(store.reap().await.expect("reaps"), [], "a heartbeat keeps it");
     assert_eq!(store.tasks(&id).await.expect("tasks")[0].phase.as_deref(), Some("half"));
     assert_eq!(store.heartbeat(&alive, Duration::ZERO, "").await.expect("beats"), Order::Continue);
     tokio::time::sleep(SHORT).await;
-    assert_eq!(store.reap().await.expect("reaps"), 1);
+    assert_eq!(store.reap().await.expect("reaps").len(), 1);
     store.claim("v", Duration::ZERO).await.expect("claims").expect("ready again");
     tokio::time::sleep(SHORT).await;
-    assert_eq!(store.reap().await.expect("reaps"), 1);
+    assert_eq!(store.reap().await.expect("reaps").len(), 1);
     let task = &store.tasks(&id).await.expect("tasks")[0];
     assert_eq!((task.state, task.attempts), (TaskState::Failed, 2));
     assert_eq!(task.reason.as_deref(), Some("worker v fell silent"));
@@ -184,7 +188,8 @@ pub(crate) async fn a_task_that_always_fails_makes_the_job_partial(store: &Store
     for attempt in 1..=3 {
         let bad = claim(store, "w").await;
         assert_eq!((&*bad.unit, bad.attempt), ("bad", attempt));
-        store.fail(&bad, "out of memory", Retry::After(Duration::ZERO)).await.expect("fails");
+        let followed = store.fail(&bad, "out of memory", Retry::After(Duration::ZERO)).await.expect("fails");
+        assert_eq!((followed.again, followed.ended), (attempt < 3, None));
     }
     let good = claim(store, "w").await;
     assert_eq!(good.unit, "good");
@@ -192,7 +197,9 @@ pub(crate) async fn a_task_that_always_fails_makes_the_job_partial(store: &Store
     assert!(nothing_to_do(store).await, "it is tried again, but not at once");
     tokio::time::sleep(Duration::from_millis(400)).await;
     finish(store, &claim(store, "w").await).await;
-    finish(store, &claim(store, "w").await).await;
+    let last = claim(store, "w").await;
+    let followed = store.finish(&last, &Finished::default()).await.expect("finishes");
+    assert_eq!((followed.again, followed.ended), (false, Some(JobState::Partial)));
     assert_eq!(state(store, &id).await, JobState::Partial);
     let tasks = store.tasks(&id).await.expect("tasks");
     assert_eq!(tasks[0].reason.as_deref(), Some("out of memory"));
@@ -204,7 +211,8 @@ pub(crate) async fn a_required_task_that_fails_ends_the_job(store: &Store) {
         submit(store, &job("a", vec![NewTask { required: true, ..task(0, "city") }, task(0, "x"), task(1, "y")])).await;
     let city = claim(store, "w").await;
     let other = claim(store, "v").await;
-    store.fail(&city, "mesh.obj: line 7: no such vertex", Retry::Never).await.expect("fails");
+    let followed = store.fail(&city, "mesh.obj: line 7: no such vertex", Retry::Never).await.expect("fails");
+    assert_eq!((followed.again, followed.ended), (false, Some(JobState::Failed)));
     let job = store.job(&id).await.expect("the job");
     assert_eq!((job.state, job.reason.as_deref()), (JobState::Failed, Some("mesh.obj: line 7: no such vertex")));
     assert_eq!(store.heartbeat(&other, LEASE, "").await.expect("beats"), Order::Stop);
@@ -321,7 +329,7 @@ pub(crate) async fn random_deaths_change_nothing(store: &Store) {
                 // A frozen worker wakes up and hands in what it has.
                 let late = frozen.swap_remove(draw(frozen.len() as u64) as usize);
                 match store.finish(&late, &result(&late)).await {
-                    Ok(()) => assert!(winners.insert((late.stage, late.unit.clone()), late.attempt).is_none()),
+                    Ok(_) => assert!(winners.insert((late.stage, late.unit.clone()), late.attempt).is_none()),
                     Err(JobStoreError::Lost { .. }) => {}
                     Err(e) => panic!("{e}"),
                 }
@@ -382,15 +390,21 @@ pub(crate) async fn figures_tell_what_was_done(store: &Store) {
     let queue: Vec<_> = figures.queue.iter().map(|q| (q.stage, q.state, q.tasks, q.claimable)).collect();
     assert_eq!(queue, [(0, TaskState::Ready, 2, 1), (1, TaskState::Ready, 1, 0)]);
     assert!(figures.attempts.is_empty() && figures.workers.is_empty());
+    tokio::time::sleep(Duration::from_millis(20)).await;
+    let waits = store.figures(Duration::from_secs(60)).await.expect("figures").oldest_waiting;
+    assert!((20..60_000).contains(&waits), "{waits}");
+    assert_eq!(store.stored_bytes().await.expect("figures"), 0);
 
     let lost = store.claim("w", Duration::from_millis(1)).await.expect("claims").expect("a task");
     tokio::time::sleep(Duration::from_millis(30)).await;
-    assert_eq!(store.reap().await.expect("reaps"), 1);
+    assert_eq!(store.reap().await.expect("reaps").len(), 1);
     assert_eq!(lost.attempt, 1);
     store.release(&claim(store, "w").await).await.expect("hands back");
     store.fail(&claim(store, "w").await, "disk full", Retry::After(Duration::ZERO)).await.expect("fails");
     let artifact = Artifact { path: "a".to_owned(), blob: BlobId::of(b"abc"), bytes: 3 };
-    let result = Finished { artifacts: vec![artifact], ..Finished::default() };
+    // The same content under another path takes no more room.
+    let again = Artifact { path: "b".to_owned(), ..artifact.clone() };
+    let result = Finished { artifacts: vec![artifact, again], ..Finished::default() };
     store.finish(&claim(store, "w").await, &result).await.expect("finishes");
     store.fail(&claim(store, "w").await, "bad", Retry::Never).await.expect("fails");
     assert_eq!(state(store, &id).await, JobState::Partial);
@@ -398,9 +412,11 @@ pub(crate) async fn figures_tell_what_was_done(store: &Store) {
     let attempts: Vec<_> = figures.attempts.iter().map(|a| (a.stage, a.outcome.name(), a.tasks, a.bytes)).collect();
     assert_eq!(
         attempts,
-        [(0, "done", 1, 3), (0, "handed-back", 1, 0), (0, "lost", 1, 0), (0, "retried", 1, 0), (1, "failed", 1, 0)]
+        [(0, "done", 1, 6), (0, "handed-back", 1, 0), (0, "lost", 1, 0), (0, "retried", 1, 0), (1, "failed", 1, 0)]
     );
     assert!(figures.attempts[2].seconds >= 0.02, "{:?}", figures.attempts);
+    assert_eq!(figures.oldest_waiting, 0, "nothing is merely accepted any more");
+    assert_eq!(store.stored_bytes().await.expect("figures"), 3);
 }
 
 pub(crate) async fn lists_are_paged(store: &Store) {

@@ -204,7 +204,7 @@ pub(crate) struct Priority {
 
 /// Name of a stage by its number.
 pub(super) fn stage_name(number: i64) -> &'static str {
-    usize::try_from(number).ok().and_then(|n| Stage::ALL.get(n)).map_or("unknown", |s| s.name())
+    Stage::name_of(number)
 }
 
 /// Submit a job
@@ -262,7 +262,11 @@ pub(crate) async fn take_in(
         callbacks,
     };
     let submitted = service.store.submit(&new).await?;
-    Ok((service.store.job(&submitted.id).await?, submitted.new))
+    let job = service.store.job(&submitted.id).await?;
+    if submitted.new {
+        tracing::info!(job = job.id, city = job.city, owner = job.owner, priority = job.priority, "job submitted");
+    }
+    Ok((job, submitted.new))
 }
 
 /// The task that a job with this request begins with.
@@ -285,7 +289,7 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
     if request.source.trim().is_empty() {
         return Err(Problem::invalid("source has to name a mesh"));
     }
-    let source = source::locate(&request.source, &service.roots).map_err(|e| Problem::invalid(e.to_string()))?;
+    let source = source::locate(&request.source, &service.roots).map_err(|e| Problem::source(e.to_string()))?;
     if let Source::Upload(id) = source
         && service.store.upload(&id).await?.is_none()
     {
@@ -380,7 +384,7 @@ async fn detail(store: &Store, id: &str) -> Result<JobDetail, Problem> {
 }
 
 macro_rules! steering {
-    ($(#[doc = $help:literal] $name:ident, $path:literal, $method:ident;)+) => {
+    ($(#[doc = $help:literal] $name:ident, $path:literal, $method:ident, $done:literal;)+) => {
         $(
             #[doc = $help]
             #[utoipa::path(
@@ -400,7 +404,9 @@ macro_rules! steering {
                 caller.needs(Scope::Submitter)?;
                 caller.may_steer(&service.store.job(&id).await?.owner)?;
                 service.store.$method(&id).await?;
-                Ok(Json(JobView::of(service.store.job(&id).await?)))
+                let job = service.store.job(&id).await?;
+                tracing::info!(job = job.id, city = job.city, by = caller.name, $done);
+                Ok(Json(JobView::of(job)))
             }
         )+
     };
@@ -408,13 +414,13 @@ macro_rules! steering {
 
 steering! {
     /// Cancel a job for good
-    cancel, "/jobs/{id}/cancel", cancel;
+    cancel, "/jobs/{id}/cancel", cancel, "job cancelled";
     /// Let no further task of a job begin
-    pause, "/jobs/{id}/pause", pause;
+    pause, "/jobs/{id}/pause", pause, "job paused";
     /// Let a paused job go on
-    resume, "/jobs/{id}/resume", resume;
+    resume, "/jobs/{id}/resume", resume, "job resumed";
     /// Do what failed again
-    retry, "/jobs/{id}/retry", retry_failed;
+    retry, "/jobs/{id}/retry", retry_failed, "job retried";
 }
 
 /// Set a job's priority

@@ -7,19 +7,36 @@ use axum::http::header;
 use axum::response::IntoResponse;
 use gable_job_store::{Attempt, Figures, JobState, TaskState};
 use std::fmt::{Display, Write as _};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Workers that were not seen for so long are not told.
 const LATELY: Duration = Duration::from_secs(120);
 
-/// Figures for Prometheus: queue, attempts, workers
+/// How long the bytes that are kept are told before they are counted anew: that takes time where there are many.
+const COUNTED: Duration = Duration::from_secs(60);
+
+/// Figures for Prometheus: queue, attempts, workers, storage
 #[utoipa::path(
     get, path = "/metrics", tag = "service",
     responses((status = 200, description = "Prometheus' text format", body = String, content_type = "text/plain"))
 )]
 pub(crate) async fn show(State(service): State<Coordinator>, _: Caller) -> Result<impl IntoResponse, Problem> {
     let figures = service.store.figures(LATELY).await?;
-    Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text(&figures)))
+    let stored = stored_bytes(&service).await?;
+    Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text(&figures, stored)))
+}
+
+/// Bytes of all that is kept, as they were counted of late.
+async fn stored_bytes(service: &Coordinator) -> Result<i64, Problem> {
+    let mut counted = service.answers.stored.lock().await;
+    match *counted {
+        Some((at, bytes)) if at.elapsed() < COUNTED => Ok(bytes),
+        _ => {
+            let bytes = service.store.stored_bytes().await?;
+            *counted = Some((Instant::now(), bytes));
+            Ok(bytes)
+        }
+    }
 }
 
 /// A text in Prometheus' format.
@@ -40,7 +57,7 @@ impl Text {
     }
 }
 
-fn text(figures: &Figures) -> String {
+fn text(figures: &Figures, stored: i64) -> String {
     let mut out = Text::default();
     out.metric("gable_build_info", "gauge", "The version of the service.");
     out.sample("gable_build_info", &[("version", env!("CARGO_PKG_VERSION"))], 1);
@@ -50,6 +67,12 @@ fn text(figures: &Figures) -> String {
         let count = figures.jobs.iter().find(|(s, _)| s == state).map_or(0, |(_, n)| *n);
         out.sample("gable_jobs", &[("state", state.name())], count);
     }
+    let name = "gable_oldest_waiting_job_seconds";
+    out.metric(name, "gauge", "How long the oldest job waits that no worker has begun; 0 if none waits.");
+    out.sample(name, &[], figures.oldest_waiting as f64 / 1000.0);
+    let name = "gable_storage_bytes";
+    out.metric(name, "gauge", "Bytes of all contents that jobs, cities and uploads refer to, each counted once.");
+    out.sample(name, &[], stored);
     let name = "gable_queue_depth";
     out.metric(name, "gauge", "Tasks that a worker could begin now.");
     out.sample(name, &[], figures.queue.iter().map(|q| q.claimable).sum::<i64>());
@@ -116,18 +139,22 @@ mod tests {
             task: None,
             memory: 5,
         };
-        let told = text(&Figures {
+        let figures = Figures {
             jobs: vec![(JobState::Running, 2)],
+            oldest_waiting: 1500,
             queue: vec![
                 Queue { stage: 1, state: TaskState::Ready, tasks: 9, claimable: 4 },
                 Queue { stage: 1, state: TaskState::Running, tasks: 3, claimable: 0 },
             ],
             attempts: vec![attempts(Attempt::Done, 7), attempts(Attempt::Lost, 1)],
             workers: vec![worker],
-        });
+        };
+        let told = text(&figures, 12);
         for line in [
             "gable_jobs{state=\"running\"} 2",
             "gable_jobs{state=\"failed\"} 0",
+            "gable_oldest_waiting_job_seconds 1.5",
+            "gable_storage_bytes 12",
             "gable_queue_depth 4",
             "gable_tasks{stage=\"sample\",state=\"ready\"} 9",
             "gable_tasks_running 3",

@@ -12,6 +12,7 @@ mod health;
 pub(crate) mod jobs;
 mod metrics;
 mod parameters;
+mod parts;
 mod schedules;
 mod seams;
 mod uploads;
@@ -24,18 +25,14 @@ pub(crate) use schedules::read_request;
 use crate::problem::{in_one_form, refused_anyway};
 use crate::{Coordinator, Problem};
 use axum::Router;
-use axum::body::Body;
-use axum::http::{HeaderValue, Request, StatusCode, header};
+use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
-use std::time::Duration;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
-use tower_http::trace::{DefaultOnResponse, OnResponse as _, TraceLayer};
-use tracing::Span;
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Document;
 use utoipa::openapi::path::Operation;
@@ -95,7 +92,7 @@ pub fn router(service: Coordinator) -> Router {
             header::X_CONTENT_TYPE_OPTIONS,
             HeaderValue::from_static("nosniff"),
         ))
-        .layer(TraceLayer::new_for_http().make_span_with(span).on_response(answered))
+        .layer(axum::middleware::from_fn(crate::access::log))
         .with_state(service)
 }
 
@@ -109,7 +106,13 @@ pub fn document() -> Document {
 
 /// What takes large bodies: with limits of its own for size and time.
 fn upload_routes() -> OpenApiRouter<Coordinator> {
-    let v1 = OpenApiRouter::new().routes(routes!(uploads::receive, uploads::list)).routes(routes!(uploads::remove));
+    let v1 = OpenApiRouter::new()
+        .routes(routes!(uploads::receive, uploads::put, uploads::list))
+        .routes(routes!(uploads::remove))
+        .routes(routes!(parts::open, parts::list))
+        .routes(routes!(parts::show, parts::abort))
+        .routes(routes!(parts::put))
+        .routes(routes!(parts::complete));
     with_refusals(OpenApiRouter::new().nest("/api/v1", v1))
 }
 
@@ -167,20 +170,6 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(caller::show));
     let all = OpenApiRouter::with_openapi(description).nest("/api/v1", v1).routes(routes!(metrics::show));
     with_refusals(all).routes(routes!(health::alive)).routes(routes!(health::ready))
-}
-
-/// What log lines about a request say of it. Headers and queries are left out: they may hold secrets.
-fn span(request: &Request<Body>) -> tracing::Span {
-    let path = request.uri().path();
-    let mut parts = path.split('/').skip_while(|part| *part != "jobs").skip(1);
-    let job = parts.next().filter(|id| !id.is_empty());
-    tracing::info_span!("request", method = %request.method(), path, job, status = tracing::field::Empty)
-}
-
-/// Says what a request was answered, and when.
-fn answered(response: &Response, took: Duration, span: &Span) {
-    span.record("status", response.status().as_u16());
-    DefaultOnResponse::default().on_response(response, took, span);
 }
 
 /// All operations of a description.

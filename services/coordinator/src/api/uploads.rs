@@ -11,7 +11,7 @@ use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt as _;
-use gable_job_store::{Artifact, BlobId, JobStoreError, Scope, Upload};
+use gable_job_store::{Artifact, BlobId, JobStoreError, Scope, Upload, UploadQuota};
 use serde::{Deserialize, Serialize};
 use std::path::Path as FilePath;
 use std::time::Duration;
@@ -71,6 +71,14 @@ impl UploadView {
     }
 }
 
+impl UploadView {
+    /// The answer to whoever has sent it.
+    pub(super) fn created(upload: Upload) -> Response {
+        let place = format!("/api/v1/uploads/{}", upload.id);
+        (StatusCode::CREATED, [(header::LOCATION, place)], Json(Self::of(upload))).into_response()
+    }
+}
+
 /// Send a mesh
 ///
 /// The body is the file. The mesh is the source `upload:ID` of jobs then, and is kept until no job has read it for long.
@@ -90,6 +98,49 @@ pub(crate) async fn receive(
     body: Body,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
+    checked_name(&name)?;
+    let quota = quota(&service);
+    let left = quota.bytes.saturating_sub(service.store.sent_bytes(&caller.name).await?);
+    if left == 0 {
+        return Err(JobStoreError::UploadBytes { owner: caller.name, most: quota.bytes }.into());
+    }
+    let folder = tempfile::tempdir_in(&service.folder).map_err(|e| no_room(&e))?;
+    let file = folder.path().join("body");
+    store_body(body, &file, service.limits.upload.min(left), "an upload").await?;
+    let (upload, files) = take_in(&service, &caller.name, &name, folder.path(), &file).await?;
+    service.store.add_upload(&upload, &files, quota).await?;
+    let made = service.store.upload(&upload.id).await?.ok_or_else(|| none(&upload.id))?;
+    Ok(UploadView::created(made))
+}
+
+/// Send a mesh, as `curl -T` does
+///
+/// The same as by POST.
+#[utoipa::path(
+    put, path = "/uploads", tag = "uploads", params(UploadQuery),
+    request_body(content = String, content_type = "application/octet-stream", description = "The file"),
+    responses(
+        (status = 201, description = "It is here", body = UploadView),
+        Refused<413>,
+        Refused<422>,
+    )
+)]
+pub(crate) async fn put(
+    service: State<Coordinator>,
+    caller: Caller,
+    query: Query<UploadQuery>,
+    body: Body,
+) -> Result<Response, Problem> {
+    receive(service, caller, query, body).await
+}
+
+/// What a caller may have on the service at a time.
+pub(super) fn quota(service: &Coordinator) -> UploadQuota {
+    UploadQuota { open: service.limits.open_uploads, bytes: service.limits.uploads }
+}
+
+/// The end of a name that a mesh may have.
+pub(super) fn checked_name(name: &str) -> Result<String, Problem> {
     let end = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).unwrap_or_default();
     let plain = |c: char| c.is_alphanumeric() || "._- ".contains(c);
     if name.len() > 200 || name.starts_with('.') || !name.chars().all(plain) {
@@ -98,13 +149,21 @@ pub(crate) async fn receive(
     if end != "zip" && !MESHES.contains(&&*end) {
         return Err(Problem::invalid(format!("name {name:?} has to end with .zip, .ply, .off, .glb or .obj")));
     }
-    let folder = tempfile::tempdir().map_err(|e| no_room(&e))?;
-    let file = folder.path().join("body");
-    store_body(body, &file, service.limits.upload).await?;
-    let files = folder.path().join("files");
-    let paths = if end == "zip" {
+    Ok(end)
+}
+
+/// Takes in a file that was sent: unpacks it, and puts what is in it into the object store. The upload is not in the database yet.
+pub(super) async fn take_in(
+    service: &Coordinator,
+    owner: &str,
+    name: &str,
+    folder: &FilePath,
+    file: &FilePath,
+) -> Result<(Upload, Vec<Artifact>), Problem> {
+    let files = folder.join("files");
+    let paths = if checked_name(name)? == "zip" {
         let (limits, to) = (service.limits, files.clone());
-        let archive = std::fs::File::open(&file).map_err(|e| no_room(&e))?;
+        let archive = std::fs::File::open(file).map_err(|e| no_room(&e))?;
         let unpacked = tokio::task::spawn_blocking(move || unpack(archive, &to, &limits)).await;
         match unpacked.map_err(|e| no_room(&e.into()))? {
             Ok(paths) => paths,
@@ -113,22 +172,19 @@ pub(crate) async fn receive(
         }
     } else {
         tokio::fs::create_dir(&files).await.map_err(|e| no_room(&e))?;
-        tokio::fs::rename(&file, files.join(&name)).await.map_err(|e| no_room(&e))?;
-        vec![name.clone()]
+        tokio::fs::rename(file, files.join(name)).await.map_err(|e| no_room(&e))?;
+        vec![name.to_owned()]
     };
-    let kept = keep(&service, &files, paths).await?;
+    let kept = keep(service, &files, paths).await?;
     let upload = Upload {
         id: uuid::Uuid::now_v7().to_string(),
-        owner: caller.name,
-        name,
+        owner: owner.to_owned(),
+        name: name.to_owned(),
         bytes: kept.iter().map(|f| f.bytes).sum(),
         files: kept.len() as u64,
         created: 0,
     };
-    service.store.add_upload(&upload, &kept).await?;
-    let made = service.store.upload(&upload.id).await?.ok_or_else(|| none(&upload.id))?;
-    let place = format!("/api/v1/uploads/{}", made.id);
-    Ok((StatusCode::CREATED, [(header::LOCATION, place)], Json(UploadView::of(made))).into_response())
+    Ok((upload, kept))
 }
 
 fn none(id: &str) -> Problem {
@@ -136,14 +192,23 @@ fn none(id: &str) -> Problem {
 }
 
 /// The local disk is full, or broken.
-fn no_room(error: &std::io::Error) -> Problem {
+pub(super) fn no_room(error: &std::io::Error) -> Problem {
     tracing::error!("an upload cannot be kept: {error}");
     let detail = "the service has no room for the file now: try again later";
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "The service is not ready", detail)
 }
 
+/// What was sent is larger than it may be.
+pub(super) fn too_large(what: &str, most: u64) -> Problem {
+    let detail = format!(
+        "{what} may have {} MB: start the service with --upload-size and --upload-quota to allow more",
+        most >> 20
+    );
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "body", "The body is too large", detail)
+}
+
 /// Writes a body to a file as it comes, as long as it comes and is not too large.
-async fn store_body(body: Body, file: &FilePath, most: u64) -> Result<(), Problem> {
+pub(super) async fn store_body(body: Body, file: &FilePath, most: u64, what: &str) -> Result<(), Problem> {
     let mut out = tokio::fs::File::create(file).await.map_err(|e| no_room(&e))?;
     let mut pieces = body.into_data_stream();
     let mut left = most;
@@ -156,11 +221,7 @@ async fn store_body(body: Body, file: &FilePath, most: u64) -> Result<(), Proble
         let piece = piece.map_err(|_| {
             Problem::new(StatusCode::BAD_REQUEST, "body", "The body cannot be read", "it was cut off: send it again")
         })?;
-        left = left.checked_sub(piece.len() as u64).ok_or_else(|| {
-            let detail =
-                format!("an upload may have {} MB: start the service with --upload-size to allow more", most >> 20);
-            Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "body", "The body is too large", detail)
-        })?;
+        left = left.checked_sub(piece.len() as u64).ok_or_else(|| too_large(what, most))?;
         out.write_all(&piece).await.map_err(|e| no_room(&e))?;
     }
     out.flush().await.map_err(|e| no_room(&e))
@@ -173,15 +234,20 @@ async fn keep(service: &Coordinator, folder: &FilePath, paths: Vec<String>) -> R
         let (blob, bytes) = BlobId::of_file(&folder.join(&path)).await?;
         kept.push(Artifact { path, blob, bytes });
     }
-    let blobs: Vec<BlobId> = kept.iter().map(|f| f.blob).collect();
-    // What is being removed just now is gone soon.
-    while !service.store.hold(&blobs, HOLD).await? {
-        tokio::time::sleep(Duration::from_millis(200)).await;
-    }
+    hold(service, &kept.iter().map(|f| f.blob).collect::<Vec<_>>()).await?;
     for file in &kept {
         service.blobs.put_file(file.blob, &folder.join(&file.path)).await?;
     }
     Ok(kept)
+}
+
+/// Keeps contents from being collected before something refers to them.
+pub(super) async fn hold(service: &Coordinator, blobs: &[BlobId]) -> Result<(), JobStoreError> {
+    // What is being removed just now is gone soon.
+    while !service.store.hold(blobs, HOLD).await? {
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+    Ok(())
 }
 
 /// List uploads, newest first

@@ -105,6 +105,7 @@ pub(super) async fn dismiss(
         _ => service.store.cancel(&id).await?,
     }
     let job = found(&service, &id).await?;
+    tracing::info!(job = job.id, city = job.city, by = caller.name, "job cancelled");
     Ok(Json(status_info(&base, &job, None)))
 }
 

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 mod cities;
 mod ogc;
+mod parts;
 mod schedules;
 mod security;
 mod webhooks;
@@ -215,13 +216,16 @@ async fn a_coordinator_soon_tells_what_another_did_and_never_goes_back() {
 async fn what_does_not_hold_is_refused_with_a_reason() {
     let service = start().await;
     let refused = async |body: Value| service.submit(&body, &[]).await.problem(422, "invalid");
-    let outside = refused(json!({ "source": "../jobs.db", "city": "a" })).await;
+    let unseen = async |source: &str| {
+        service.submit(&json!({ "source": source, "city": "a" }), &[]).await.problem(422, "source")
+    };
+    let outside = unseen("../jobs.db").await;
     assert_eq!(
         outside,
         "source \"../jobs.db\" is not a file or folder under a source root of this service: put the mesh there, \
          upload it, or start the service with --source-root FOLDER or s3://BUCKET/PREFIX"
     );
-    assert!(refused(json!({ "source": "/etc/passwd", "city": "a" })).await.contains("source root"));
+    assert!(unseen("/etc/passwd").await.contains("source root"));
     assert!(refused(json!({ "source": "mesh.obj", "city": " " })).await.contains("city has to be a name"));
     let wrong = refused(json!({ "source": "mesh.obj", "city": "a", "parameters": { "sampling.stp": 0.2 } })).await;
     assert!(wrong.contains("did you mean \"sampling.step\"?"), "{wrong}");

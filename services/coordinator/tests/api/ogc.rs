@@ -98,7 +98,7 @@ async fn a_city_is_made_by_a_job() {
         assert_eq!(execute(&service, "city-model", &json!({ "inputs": wrong })).await.status, 400);
     }
     let outside = execute(&service, "city-model", &json!({ "inputs": { "source": "/etc/passwd", "city": "a" } })).await;
-    outside.problem(422, "invalid");
+    outside.problem(422, "source");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

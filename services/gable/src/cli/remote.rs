@@ -30,21 +30,38 @@ pub(crate) struct JobArgs {
     pub(crate) remote: RemoteArgs,
 }
 
+/// When a mesh is sent to the service.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Send {
+    /// If it is on this machine, and the service cannot see it
+    #[default]
+    Auto,
+    /// Whatever the service sees
+    Always,
+    /// SOURCE is what the service sees, whatever is on this machine
+    Never,
+}
+
 const SUBMIT_HELP: &str = "\
 Examples:
   gable submit mesh.obj --city delft
   gable submit delft/Production_1 --city delft --preset fast --set sampling.step=0.3 --watch
   GABLE_URL=https://gable.example GABLE_TOKEN=gable_… gable submit mesh.obj --city delft --json
 
-SOURCE is a path under a source root of the service (gable serve --source-root). Prints the id of the job.
+SOURCE is a mesh on this machine, which is sent if the service cannot see it; or a path under a source root of the service
+(gable serve --source-root), s3://BUCKET/PREFIX, or upload:ID. A folder is packed while it is sent, with an OBJ file go its
+libraries and textures. What was cut off goes on with the same command. Prints the id of the job.
 With --watch the exit code is that of the job: 0 successful, 1 failed or cancelled, 3 partial.";
 
 /// Arguments of `gable submit`.
 #[derive(Args, Debug)]
 #[command(after_help = SUBMIT_HELP)]
 pub(crate) struct SubmitArgs {
-    /// The mesh, as the service sees it
+    /// The mesh: a file or folder of this machine, or what the service sees
     pub(crate) source: String,
+    /// Whether a mesh of this machine is sent: if the service cannot see it, always, or never
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    pub(crate) send: Send,
     /// Name of the city that it shows; a later job of the same city refreshes it
     #[arg(long, value_name = "NAME")]
     pub(crate) city: String,

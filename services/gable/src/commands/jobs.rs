@@ -1,11 +1,13 @@
 //! `gable submit`, `status`, `cancel`, `retry`: jobs of a service on another machine.
 
-use crate::cli::{CancelArgs, JobArgs, RetryArgs, StatusArgs, SubmitArgs};
+use crate::cli::{CancelArgs, JobArgs, RetryArgs, Send, StatusArgs, SubmitArgs};
 use crate::exit::{Outcome, UsageError};
 use crate::remote::{Remote, RemoteError};
+use crate::send::{self, Mesh};
 use crate::{table, terminal};
 use gable_coordinator::escaped;
 use serde_json::{Map, Value, json};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How often a job that is watched is asked for.
@@ -32,8 +34,8 @@ pub(super) fn settings(settings: &[String]) -> Result<Map<String, Value>, UsageE
     settings.iter().map(pair).collect()
 }
 
-/// Submits a job.
-pub(crate) fn submit(args: &SubmitArgs) -> anyhow::Result<Outcome> {
+/// Submits a job, and sends its mesh if the service cannot see it.
+pub(crate) fn submit(args: &SubmitArgs, quiet: bool) -> anyhow::Result<Outcome> {
     let mut body = json!({
         "source": args.source, "city": args.city, "priority": args.priority, "parameters": settings(&args.settings)?,
     });
@@ -43,8 +45,24 @@ pub(crate) fn submit(args: &SubmitArgs) -> anyhow::Result<Outcome> {
     let remote = Remote::new(&args.remote)?;
     // With a key, a request whose answer was lost can be sent again.
     let key = args.key.clone().unwrap_or_else(|| uuid::Uuid::now_v7().to_string());
-    let job = remote.post("/jobs", &[("idempotency-key", &key)], Some(&body))?;
-    end(&remote, job, args.watch, args.json)
+    let ask = |body: &Value| remote.post("/jobs", &[("idempotency-key", &key)], Some(body));
+    let path = Path::new(&args.source);
+    let elsewhere = ["s3://", "upload:"].iter().any(|start| args.source.starts_with(start));
+    let ours = args.send != Send::Never && !elsewhere && (args.send == Send::Always || path.exists());
+    if !ours {
+        return end(&remote, ask(&body)?, args.watch, args.json);
+    }
+    // A service on this machine may see the same file; one elsewhere may have another under the same path.
+    if args.send == Send::Auto && remote.is_here() {
+        let whole = path.canonicalize().map_err(|e| UsageError(format!("{}: {e}", path.display())))?;
+        body["source"] = whole.to_string_lossy().into();
+        match ask(&body) {
+            Err(RemoteError::NotSeen(reason)) => tracing::info!("{reason}"),
+            result => return end(&remote, result?, args.watch, args.json),
+        }
+    }
+    body["source"] = send::send(&remote, &Mesh::at(path)?, quiet)?.into();
+    end(&remote, ask(&body)?, args.watch, args.json)
 }
 
 /// Shows a job, or lists jobs.

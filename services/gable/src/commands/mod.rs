@@ -34,7 +34,7 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Serve(args) => serve::run(args),
         Command::Work(args) => work::run(args),
         Command::Token(args) => token::run(args),
-        Command::Submit(args) => jobs::submit(args),
+        Command::Submit(args) => jobs::submit(args, cli.global.quiet),
         Command::Status(args) => jobs::status(args),
         Command::Cancel(args) => jobs::cancel(args),
         Command::Retry(args) => jobs::retry(args),

@@ -30,12 +30,14 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     let workers = if args.all { service::workers(&parts, &args.keep, &args.slots)? } else { Vec::new() };
     let limits = Limits {
         upload: args.upload_size << 20,
+        uploads: args.upload_quota << 20,
         unpacked: args.upload_size << 22,
         private_webhooks: args.private_webhooks,
         ..Limits::default()
     };
     let mut coordinator = Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.roots.clone(), limits);
     coordinator.open = args.open;
+    coordinator.folder = service::incoming(&args.keep.at.data)?;
     say_who_may_ask(&parts.store, args.open).await?;
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));

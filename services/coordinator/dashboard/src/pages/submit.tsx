@@ -3,6 +3,7 @@ import { type Job, type Parameter, type Preset, send } from '../api';
 import { useCaller } from '../caller';
 import { type Route, link } from '../router';
 import { Empty, Failure, Loading, useGet } from '../ui';
+import { Drop } from './drop';
 
 /// What jobs from here write besides the default formats, so that their city can be looked at.
 const FOR_THE_VIEWER = ['3dtiles', 'mesh-3dtiles'];
@@ -68,6 +69,7 @@ function Form({ parameters, presets, route }: { parameters: Parameter[]; presets
           <label for="source">Mesh</label>
           <input id="source" name="source" required placeholder="delft/mesh.obj" value={source} onInput={(e) => setSource(e.currentTarget.value)} aria-describedby="source-help" />
           <small id="source-help">A file or a folder of tiles under a source root of the service</small>
+          <Drop done={(upload) => setSource(upload.source)} />
         </div>
         <div class="field">
           <label for="city">City</label>
