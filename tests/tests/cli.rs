@@ -83,7 +83,7 @@ fn wrong_usage_ends_with_2_and_says_what_to_do() {
         (&["run", "x.obj", "--out", "o", "--set", "stp=1"], "did you mean \"sampling.step\"?"),
         (&["run", "x.obj", "--out", "o", "--step", "50"], "give 0.02 to 5 m"),
         (&["run", "x.obj", "--out", "o", "--grid", "16"], "such as 16x16"),
-        (&["run", "x.obj", "--out", "o", "--grid", "0x4"], "grid.columns = 0 is out of range"),
+        (&["run", "x.obj", "--out", "o", "--grid", "0x4"], "such as 16x16, or auto"),
         (&["run", "x.obj", "--out", "o", "--preset", "fin"], "did you mean \"fine\"?"),
         (&["run", "x.obj", "--out", "o", "--crs", "RD"], "EPSG:7415"),
         (&["run", "x.obj", "--out", "o", "--up", "x"], "one of auto, z, y"),

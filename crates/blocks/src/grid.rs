@@ -1,6 +1,7 @@
 //! The grid of blocks: which pixels of the absolute lattice are whose.
 
 use crate::error::BlocksError;
+use crate::fit::fit;
 use crate::triangle::BlockTriangle;
 use crate::triangle::UNITS_PER_METRE;
 use gable_geometry::{Box2, Frame, dvec2};
@@ -16,12 +17,13 @@ const MOST_PIXELS: f64 = 1e9;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GridSpec {
-    /// So many columns and rows of blocks of the same size, up to a pixel.
+    /// So many columns and rows of blocks of the same size, up to a pixel. A number that is left out fits the scene: as many as are at
+    /// least 100 m long, from 1 to 16; more up to 16 where a block would hold more than two million triangles.
     Count {
         /// Blocks from west to east.
-        columns: u32,
+        columns: Option<u32>,
         /// Blocks from south to north.
-        rows: u32,
+        rows: Option<u32>,
     },
     /// Square blocks of so many metres, rounded to whole pixels; the last ones may be smaller.
     Size(f64),
@@ -35,7 +37,9 @@ impl FromStr for GridSpec {
         let counts = text.split_once(['x', 'X', '×']);
         let counts = counts.and_then(|(c, r)| Some((c.trim().parse().ok()?, r.trim().parse().ok()?)));
         match counts {
-            Some((columns, rows)) if columns > 0 && rows > 0 => Ok(Self::Count { columns, rows }),
+            Some((columns, rows)) if columns > 0 && rows > 0 => {
+                Ok(Self::Count { columns: Some(columns), rows: Some(rows) })
+            }
             _ => Err(BlocksError::Grid { what: format!("{text:?} is no grid: write columns and rows as 16x16") }),
         }
     }
@@ -120,12 +124,12 @@ pub struct BlockGrid {
 }
 
 impl BlockGrid {
-    /// The grid over an extent in local metres: its pixels cover the extent, and no row or column more.
+    /// The grid over the extent, in local metres, of so many triangles: its pixels cover the extent, and no row or column more.
     ///
     /// # Errors
     /// [`BlocksError::Grid`] for an empty extent, a step or size that is no length, no blocks at all, more
     /// columns or rows than pixels, or more than 2²⁰ blocks.
-    pub fn new(frame: Frame, extent: Box2, step: f64, spec: GridSpec) -> Result<Self, BlocksError> {
+    pub fn new(frame: Frame, extent: Box2, triangles: u64, step: f64, spec: GridSpec) -> Result<Self, BlocksError> {
         let wrong = |what: String| BlocksError::Grid { what };
         if !(step.is_finite() && step > 0.0) {
             return Err(wrong(format!("the step is {step} m: it must be a length above 0")));
@@ -140,7 +144,10 @@ impl BlockGrid {
         };
         let (x, y) = (range(extent.min.x, extent.max.x), range(extent.min.y, extent.max.y));
         let (column_edges, row_edges) = match spec {
-            GridSpec::Count { columns, rows } => (count_edges(x, columns, "columns")?, count_edges(y, rows, "rows")?),
+            GridSpec::Count { columns, rows } => {
+                let [columns, rows] = fit([columns, rows], [x.1 - x.0, y.1 - y.0], step, triangles);
+                (count_edges(x, columns, "columns")?, count_edges(y, rows, "rows")?)
+            }
             GridSpec::Size(size) => {
                 if !(size.is_finite() && size >= step) {
                     return Err(wrong(format!("the block size is {size} m: it must be at least the step, {step} m")));
@@ -235,7 +242,7 @@ mod tests {
 
     fn grid(min: DVec2, max: DVec2, step: f64, spec: GridSpec) -> Result<BlockGrid, BlocksError> {
         let frame = Frame { origin: [0.0; 3], crs: Crs::Unknown };
-        BlockGrid::new(frame, Box2 { min, max }, step, spec)
+        BlockGrid::new(frame, Box2 { min, max }, 1, step, spec)
     }
 
     #[test]
@@ -243,7 +250,7 @@ mod tests {
         let said = |step: f64, spec: GridSpec| {
             grid(DVec2::ZERO, dvec2(10.0, 5.0), step, spec).expect_err("no grid").to_string()
         };
-        let count = GridSpec::Count { columns: 4, rows: 40 };
+        let count = GridSpec::Count { columns: Some(4), rows: Some(40) };
         assert_eq!(
             said(0.2, count),
             "the grid cannot be made: 40 rows of blocks are asked for, but there are 25 rows of pixels"
@@ -254,7 +261,7 @@ mod tests {
         assert!(said(0.2, GridSpec::Size(f64::NAN)).contains("block size is NaN m"));
         let text = "16".parse::<GridSpec>().expect_err("no grid").to_string();
         assert_eq!(text, "the grid cannot be made: \"16\" is no grid: write columns and rows as 16x16");
-        assert_eq!("4x 3".parse::<GridSpec>().ok(), Some(GridSpec::Count { columns: 4, rows: 3 }));
+        assert_eq!("4x 3".parse::<GridSpec>().ok(), Some(GridSpec::Count { columns: Some(4), rows: Some(3) }));
     }
 
     proptest! {
@@ -269,7 +276,8 @@ mod tests {
         ) {
             let min = dvec2(min.0, min.1);
             let max = min + dvec2(size.0, size.1);
-            let spec = if by_size { GridSpec::Size(metres) } else { GridSpec::Count { columns: counts.0, rows: counts.1 } };
+            let count = GridSpec::Count { columns: Some(counts.0), rows: Some(counts.1) };
+            let spec = if by_size { GridSpec::Size(metres) } else { count };
             let Ok(grid) = grid(min, max, step, spec) else {
                 // Only fewer pixels than blocks may stop it.
                 prop_assert!(!by_size && (size.0 / step < 9.0 || size.1 / step < 9.0));

@@ -6,6 +6,7 @@ mod defects;
 mod error;
 mod extent;
 mod file;
+mod fit;
 mod grid;
 mod spill;
 mod split;

@@ -105,11 +105,12 @@ pub fn split(scene: &Scene, folder: &Path, options: &SplitOptions) -> Result<Spl
     let local = |corner: [i32; 3]| shifted(corner, shift).ok_or_else(too_wide);
     let (min, max) = (metres(local(found.min)?), metres(local(found.max)?));
     let bounds = Box2 { min: dvec2(min.x, min.y), max: dvec2(max.x, max.y) };
-    let grid = BlockGrid::new(frame, bounds, options.step, options.grid)?;
-
-    let cores: Vec<BlockCore> = grid.cores().collect();
     let segments: Vec<Segment> =
         spill.segments.iter().zip(&found.kept).filter(|(_, kept)| **kept).map(|(segment, _)| *segment).collect();
+    let kept = segments.iter().map(|segment| u64::from(segment.count)).sum();
+    let grid = BlockGrid::new(frame, bounds, kept, options.step, options.grid)?;
+
+    let cores: Vec<BlockCore> = grid.cores().collect();
     let inspection = inspect(&spill, &segments).map_err(fault)?;
     let blocks: Result<Vec<BlockEntry>, BlocksError> = cores
         .par_iter()

@@ -169,7 +169,7 @@ pub(crate) struct ParamArgs {
     /// Edge of a pixel, metres
     #[arg(long, value_name = "M")]
     pub(crate) step: Option<String>,
-    /// Blocks, as columns x rows
+    /// Blocks, as columns x rows, or auto: at least 100 m along each edge, at most 16x16 [default: auto]
     #[arg(long, value_name = "CxR", conflicts_with = "block_size")]
     pub(crate) grid: Option<String>,
     /// Edge of a block, metres, instead of --grid

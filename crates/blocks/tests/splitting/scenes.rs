@@ -48,7 +48,7 @@ impl Folder {
 
 /// A grid of so many columns and rows.
 pub(crate) fn count(columns: u32, rows: u32) -> GridSpec {
-    GridSpec::Count { columns, rows }
+    GridSpec::Count { columns: Some(columns), rows: Some(rows) }
 }
 
 /// Triangles of every size up to 60 m, strewn over 150 × 100 m in a projected system.

@@ -97,10 +97,10 @@ parameters! {
     }
     /// How the city is cut into blocks, which become the tiles of the output.
     grid: GridParams {
-        /// Blocks from west to east.
-        columns: usize = 16, "", within(1.0, 1024.0);
-        /// Blocks from south to north.
-        rows: usize = 16, "", within(1.0, 1024.0);
+        /// Blocks from west to east; 0 for a number that fits: blocks of 100 m or more, at most 16.
+        columns: usize = 0, "", within(0.0, 1024.0);
+        /// Blocks from south to north; 0 for a number that fits: blocks of 100 m or more, at most 16.
+        rows: usize = 0, "", within(0.0, 1024.0);
         /// Edge of a block instead of columns and rows; 0 for columns and rows.
         block_size: f64 = 0.0, "m", within(0.0, 100_000.0);
     }

@@ -28,7 +28,8 @@ pub(crate) fn run(context: &Context<'_>, scene: &Scene) -> Result<Blocks, Pipeli
             let grid = if given.block_size > 0.0 {
                 GridSpec::Size(given.block_size)
             } else {
-                GridSpec::Count { columns: given.columns as u32, rows: given.rows as u32 }
+                let wanted = |count: usize| (count > 0).then_some(count as u32);
+                GridSpec::Count { columns: wanted(given.columns), rows: wanted(given.rows) }
             };
             let options = SplitOptions { grid, step: context.params.sampling.step };
             let report = split(scene, &folder, &options).map_err(|e| match e {

@@ -17,6 +17,7 @@ use gable_ortho::{GridWindow, Orthograph};
 use gable_segmentation::Terrain;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What was written of a tile.
@@ -30,6 +31,13 @@ pub(crate) struct IndexEntry {
     /// Why the block failed; absent if it did not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) failed: Option<String>,
+}
+
+impl IndexEntry {
+    /// Whether there is something of the tile, ground apart, or why there is not.
+    pub(crate) fn is_listed(&self) -> bool {
+        self.failed.is_some() || self.buildings > 0 || !self.files.is_empty()
+    }
 }
 
 /// The index: which tiles there are, where, in which files.
@@ -60,7 +68,9 @@ pub(crate) fn write(
     out: &Path,
 ) -> Result<Vec<String>, PipelineError> {
     let owned = |ix, iy| tiles.iter().find(|t| (t.ix, t.iy) == (ix, iy));
-    let wanted = blocks.with_data();
+    let seen_in = |ix, iy| seen.iter().find(|s| s.block == [ix, iy]);
+    let mut wanted = blocks.with_data();
+    wanted.retain(|&(ix, iy)| may_hold(context.params, seen_in(ix, iy), owned(ix, iy).is_some()));
     context.observer.stage(Stage::Write, wanted.len());
     artefact::create_dir(&out.join("tiles"))?;
     let made: Vec<_> = wanted
@@ -70,7 +80,7 @@ pub(crate) fn write(
             let name = format!("{ix}_{iy}");
             let made = guarded(Stage::Write, &name, || {
                 let modelled = owned(ix, iy).map_or(Ok(Vec::new()), model::read)?;
-                let mesh = seen.iter().find(|s| s.block == [ix, iy]).and_then(|s| s.mesh.as_ref());
+                let mesh = seen_in(ix, iy).and_then(|s| s.mesh.as_ref());
                 tile(context, blocks, [ix, iy], modelled, terrain, ortho, mesh, title, out)
             });
             let made = match made {
@@ -81,14 +91,24 @@ pub(crate) fn write(
             Ok(([ix, iy], made))
         })
         .collect::<Result<_, PipelineError>>()?;
+    let mut made: BTreeMap<(u32, u32), Written> = made
+        .into_iter()
+        .map(|([ix, iy], made)| {
+            let written = made.unwrap_or_else(|reason| {
+                failures.add([ix, iy], reason);
+                Written::default()
+            });
+            ((ix, iy), written)
+        })
+        .collect();
     let (mut entries, mut tins, mut layers) = (Vec::new(), Vec::new(), Vec::new());
-    for (block, made) in made {
-        let written = made.unwrap_or_else(|reason| {
-            failures.add(block, reason);
-            Written::default()
-        });
-        tins.push(written.terrain.clone());
-        entries.push(entry(blocks, block, &written, failures));
+    for (ix, iy) in blocks.with_data() {
+        let written = made.remove(&(ix, iy)).unwrap_or_default();
+        let entry = entry(blocks, [ix, iy], &written, failures);
+        if written.terrain.is_some() || entry.is_listed() {
+            entries.push(entry);
+        }
+        tins.push(written.terrain);
         layers.push(written.layers);
     }
     // Formats apart, what a tile has no file for the city has not either.
@@ -102,6 +122,13 @@ pub(crate) fn write(
     Ok(files)
 }
 
+/// Whether there may be anything to write of a tile: a building that it owns, or ground that was seen there. A block that could not be
+/// sampled, of which nothing is known, goes on as ground.
+pub(crate) fn may_hold(params: &Params, seen: Option<&Seen>, owns: bool) -> bool {
+    let is_seen = seen.is_none_or(|seen| seen.covered > 0 || seen.failed.is_some());
+    owns || is_seen && (params.output.terrain || params.shows_mesh())
+}
+
 /// What was written of a tile.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Written {
@@ -113,7 +140,7 @@ pub(crate) struct Written {
     pub(crate) layers: tiles3d::Layers,
 }
 
-/// Writes the files of a tile.
+/// Writes the files of a tile; none of a format that would hold nothing.
 pub(crate) fn tile(
     context: &Context<'_>,
     blocks: &Blocks,
@@ -133,6 +160,7 @@ pub(crate) fn tile(
         buildings: written(modelled),
         terrain: tin,
     };
+    let is_empty = model.buildings.is_empty() && model.terrain.is_none();
     let mut files = Vec::new();
     let mut layers = tiles3d::Layers::default();
     for format in &context.params.output.formats {
@@ -158,6 +186,9 @@ pub(crate) fn tile(
             }
             Format::CityJsonSeq => continue,
         };
+        if is_empty {
+            continue;
+        }
         let wrong = |e: gable_city_model::Error| context.failed(Stage::Write, &name, e);
         let mut bytes = Vec::new();
         match format {

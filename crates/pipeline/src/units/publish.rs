@@ -45,15 +45,20 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         let name = format!("{ix}_{iy}");
         match artefact::read_json::<WrittenTile>(&folder.join(written_file(&name)))? {
             Some(written) => {
-                entries
-                    .push(stage::IndexEntry { failed: failures.reason([ix, iy]).map(str::to_owned), ..written.entry });
+                let entry = stage::IndexEntry { failed: failures.reason([ix, iy]).map(str::to_owned), ..written.entry };
+                if params.output.terrain || entry.is_listed() {
+                    entries.push(entry);
+                }
                 buildings.extend(written.buildings);
                 layers.push(written.layers);
                 for (list, part) in lines.iter_mut().zip(["buildings", "terrain"]) {
                     list.push(folder.join(lines_file(&name, part)));
                 }
             }
-            None => entries.push(stage::entry(&blocks, [ix, iy], &stage::Written::default(), &failures)),
+            None => {
+                let entry = stage::entry(&blocks, [ix, iy], &stage::Written::default(), &failures);
+                entries.extend(Some(entry).filter(stage::IndexEntry::is_listed));
+            }
         }
     }
     if params.output.formats.contains(&Format::CityJsonSeq) {

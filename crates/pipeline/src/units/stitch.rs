@@ -57,7 +57,7 @@ pub(super) fn failures(unit: &Unit<'_>, blocks: &Blocks, patches: &[GridWindow])
 }
 
 /// Reads: `split.json`, `sampled.json`, `labels/`. Makes: `labels/*.final.lab`, `buildings/`, `stitched.json`, `seams.json`. Adds: the modelling
-/// of each tile that owns buildings, and the writing of each tile.
+/// of each tile that owns buildings, and the writing of each tile that may hold something.
 pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder, params) = (unit.context, unit.folder, unit.context.params);
     let step = params.sampling.step;
@@ -104,7 +104,11 @@ pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         result.tasks.push(city.modelling(&name, tasks)?);
     }
     for (ix, iy) in blocks.with_data() {
-        result.tasks.push(city.writing(ix, iy, owned.contains_key(&(iy, ix)))?);
+        let owns = owned.contains_key(&(iy, ix));
+        let seen = sampled.blocks.iter().find(|b| b.seen.block == [ix, iy]).map(|b| &b.seen);
+        if write::may_hold(params, seen, owns) {
+            result.tasks.push(city.writing(ix, iy, owns)?);
+        }
     }
     let holes = holes.iter().map(|h| (h.area, h.centre.to_array())).collect();
     unit.write(STITCHED, &Stitched { holes, labels })?;

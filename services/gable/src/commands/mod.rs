@@ -65,11 +65,7 @@ pub(crate) fn assemble(args: &ParamArgs) -> anyhow::Result<Params> {
         settings.push((name.to_owned(), value.to_owned()));
     }
     if let Some(grid) = &args.grid {
-        let Some((columns, rows)) = grid.split_once(['x', 'X', '×']) else {
-            return Err(
-                UsageError(format!("--grid {grid:?} cannot be read: write columns x rows, such as 16x16")).into()
-            );
-        };
+        let (columns, rows) = if grid == "auto" { ("0", "0") } else { counts(grid)? };
         settings.push(("grid.columns".to_owned(), columns.to_owned()));
         settings.push(("grid.rows".to_owned(), rows.to_owned()));
         settings.push(("grid.block_size".to_owned(), "0".to_owned()));
@@ -96,6 +92,19 @@ pub(crate) fn assemble(args: &ParamArgs) -> anyhow::Result<Params> {
     }
 }
 
+/// Columns and rows, as `--grid` has them. Zero, which stands for a grid that fits, is left to `auto`.
+fn counts(grid: &str) -> Result<(&str, &str), UsageError> {
+    let counts = grid.split_once(['x', 'X', '×']).map(|(columns, rows)| (columns.trim(), rows.trim()));
+    let nothing = |count: &str| !count.is_empty() && count.bytes().all(|digit| digit == b'0');
+    match counts {
+        Some((columns, rows)) if !nothing(columns) && !nothing(rows) => Ok((columns, rows)),
+        _ => {
+            let what = "write columns x rows, such as 16x16, or auto for a grid that fits the size";
+            Err(UsageError(format!("--grid {grid:?} cannot be read: {what}")))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,6 +125,8 @@ mod tests {
         let params = assemble(&flags).unwrap();
         assert_eq!((params.grid.columns, params.grid.rows, params.sampling.step), (4, 3, 0.3));
         assert_eq!(params.modeling.method, Method::Zhu2018);
+        let auto = ParamArgs { grid: Some("auto".to_owned()), ..args(&["grid.columns=5", "grid.block_size=50"]) };
+        assert_eq!(assemble(&auto).unwrap().grid, Params::default().grid);
     }
 
     #[test]
