@@ -26,6 +26,13 @@ export async function open(options = {}) {
   };
 }
 
+/// Logs the browser in at the service, on all its pages.
+export const logIn = (context, token) =>
+  context.addInitScript((known) => {
+    // Empty pages have no storage.
+    if (location.protocol.startsWith('http')) localStorage.setItem('gable.token', known);
+  }, token);
+
 /// A page that fails the test on an error of script, and on anything that is asked for from elsewhere.
 export async function page(context, address, problems) {
   const made = await context.newPage();

@@ -5,14 +5,14 @@
 
 import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
-import { check, open, page as opened, until } from './browser.mjs';
+import { check, logIn, open, page as opened, until } from './browser.mjs';
 
 const [address, token, mesh, later, marker, shots] = process.argv.slice(2);
 mkdirSync(shots, { recursive: true });
 const problems = [];
 const measured = {};
 const { context, close } = await open();
-await context.addInitScript((known) => localStorage.setItem('gable.token', known), token);
+await logIn(context, token);
 const page = await opened(context, address, problems);
 const authorization = `Bearer ${token}`;
 const api = async (path) => (await fetch(`${address}/api/v1${path}`, { headers: { authorization } })).json();
@@ -120,11 +120,11 @@ try {
   const failures = page.locator('.failures');
   await failures.getByText('1 unit failed').waitFor();
   check((await count('.failed')) === 1, 'one block is red');
-  await failures.getByRole('button', { name: /sample 2_2/ }).click();
-  const block = page.getByRole('region', { name: 'Block 2_2' });
+  await failures.getByRole('button', { name: /^Block 2, 2/ }).click();
+  const block = page.getByRole('region', { name: 'Block 2, 2' });
   await block.getByText('signal').first().waitFor();
   await block.locator('summary', { hasText: 'Log' }).click();
-  await block.getByLabel('Log of the block').filter({ hasText: 'failed: signal' }).waitFor();
+  await block.getByLabel('Log of the unit').filter({ hasText: 'failed: signal' }).waitFor();
   await shoot('job-failed');
   rmSync(marker);
   await failures.getByRole('button', { name: 'Retry' }).click();
@@ -142,7 +142,7 @@ try {
   await block.scrollIntoViewIfNeeded();
   await shoot('job-done');
   for (const by of ['seconds', 'attempts', 'phase']) {
-    await page.getByLabel('Colour blocks by').selectOption(by);
+    await page.getByLabel('Colour units by').selectOption(by);
     check(page.url().includes(`by=${by}`), 'what is shown has an address');
   }
   check((await page.locator('.grid .cell.phase-write').count()) > 10, 'all blocks are written');
@@ -335,20 +335,21 @@ try {
 
   step('keyboard');
   await go(`jobs/${first}`);
-  await page.locator('.grid [data-block]').first().waitFor();
-  await page.locator('.grid [data-block="3_3"]').focus();
+  await page.locator('.grid [data-unit]').first().waitFor();
+  await page.locator('.grid [data-unit="3_3"]').focus();
   await page.keyboard.press('ArrowRight');
   await page.keyboard.press('ArrowUp');
   await page.keyboard.press('Enter');
-  await page.getByRole('region', { name: 'Block 4_4' }).waitFor();
+  await page.getByRole('region', { name: 'Block 4, 4' }).waitFor();
 
   step('what a poll of 256 blocks costs');
   let turn = 0;
   const job = await api(`/jobs/${first}`);
   const state256 = (age) => (age > 8 ? 'done' : age > 0 ? 'running' : 'ready');
   // As the service tells them: 256 blocks in each stage that has blocks, patches, and what there is once. A dozen changes from poll to poll.
+  const kinds = { split: 'scene', sample: 'block', segment: 'patch', model: 'tile', write: 'tile' };
   const unit256 = (stage, name, age) => ({
-    stage, unit: name, state: state256(age), attempts: age > 0 ? 1 : 0,
+    stage, kind: kinds[stage] ?? 'city', unit: name, state: state256(age), attempts: age > 0 ? 1 : 0,
     ...(age > 0 ? { worker: 'worker-1-4711-0-01a226730d8877ec9c2b99fd9ec2ff27', started: job.created } : {}),
     ...(age > 0 && age <= 8 ? { phase: 'rasterising' } : {}),
     ...(age > 8 ? { seconds: 1 + (age % 7) } : {}),
@@ -356,8 +357,15 @@ try {
   const units256 = () => [
     unit256('split', 'scene', 9), unit256('terrain', 'city', turn * 12 - 300), unit256('stitch', 'city', turn * 12 - 700), unit256('report', 'city', -1),
     ...['sample', 'segment', 'model', 'write'].flatMap((stage, s) =>
-      Array.from({ length: 256 }, (_, i) => unit256(stage, `${i % 16}_${Math.floor(i / 16)}`, turn * 12 - s * 60 - i))),
+      Array.from({ length: 256 }, (_, i) => unit256(stage, `${stage === 'segment' ? 'patch_' : ''}${i % 16}_${Math.floor(i / 16)}`, turn * 12 - s * 60 - i))),
   ];
+  const square = (kind, start, edge) => Array.from({ length: 256 }, (_, i) => {
+    const [x, y] = [i % 16, Math.floor(i / 16)];
+    return { kind, unit: `${start}${x}_${y}`, bbox: [x * edge, y * edge, (x + 1) * edge, (y + 1) * edge] };
+  });
+  await page.route('**/api/v1/jobs/large/map', (route) => route.fulfill({
+    json: { crs: 'EPSG:7415', bbox: [0, 0, 3200, 3200], picture: false, units: [...square('block', '', 200), ...square('patch', 'patch_', 204.8)] },
+  }));
   await page.route('**/api/v1/jobs/large', (route) => {
     const units = units256();
     const progress = job.progress.map(({ stage }) => {
@@ -373,7 +381,7 @@ try {
     return route.fulfill({ json: units256(), headers: { etag: `"${turn}"` } });
   });
   await go('jobs/large');
-  await page.locator('.grid [data-block="15_15"]').waitFor();
+  await page.locator('.grid [data-unit="15_15"]').waitFor();
   // What else a machine does makes a poll dearer, never cheaper: the best of some rounds counts.
   for (let round = 0; round < 3 && !(measured.poll_ms < 5); round++) {
     await page.evaluate(() => (window.gablePollCosts.length = 0));

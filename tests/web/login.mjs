@@ -23,7 +23,7 @@ try {
   await page.getByRole('button', { name: 'Log in' }).click();
   await page.locator('.job .name a').first().click();
   await page.getByRole('heading', { name: 'Stages' }).waitFor();
-  await page.locator('.grid [data-block]').first().waitFor();
+  await page.locator('.grid [data-unit]').first().waitFor();
   for (const name of ['Cancel', 'Pause', 'Retry', 'Retry what failed', 'Set']) {
     check((await page.getByRole('button', { name, exact: true }).count()) === 0, `a viewer is not offered to ${name}`);
   }

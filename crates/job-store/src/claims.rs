@@ -7,7 +7,8 @@
 use crate::database::Tx;
 use crate::events::About;
 use crate::{
-    Artifact, Attempt, Consequence, EventKind, JobState, JobStoreError, NewTask, Publication, Reaped, Store, TaskState,
+    Artifact, Attempt, Cause, Consequence, EventKind, JobState, JobStoreError, NewTask, Publication, Reaped, Store,
+    TaskState,
 };
 use sqlx::Row;
 use std::time::Duration;
@@ -246,7 +247,7 @@ impl Store {
             let worker = row.try_get::<Option<String>, _>("worker")?.unwrap_or_else(|| "?".to_owned());
             let mut tx = self.begin().await?;
             self.lock(&mut tx, &claim.job).await?;
-            let reason = format!("worker {worker} fell silent");
+            let reason = Cause::silent(&worker);
             match self.give_up(&mut tx, &claim, &reason, Retry::After(Duration::ZERO), true).await {
                 Ok(consequence) => {
                     tx.commit().await?;

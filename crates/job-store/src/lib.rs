@@ -2,6 +2,7 @@
 
 mod artifacts;
 mod blobs;
+mod causes;
 mod cities;
 mod claims;
 mod collect;
@@ -26,6 +27,7 @@ mod workers;
 
 pub use artifacts::Artifact;
 pub use blobs::{BlobId, BlobStream, Blobs};
+pub use causes::Cause;
 pub use cities::{BuildingFilter, Change, ChangeKind, City, CityBuilding, Generation, Publication};
 pub use claims::{Claim, Finished, Order, Retry};
 pub use collect::Collected;

@@ -57,7 +57,7 @@ fn a_unit_that_fails_costs_its_block_only() {
     let mesh = town.path().join("mesh");
     let params = params(&[]);
     let whole = job(&mesh, &params, &|_| None);
-    for (stage, unit) in [(Stage::Sample, "1_1"), (Stage::Segment, "0_0"), (Stage::Write, "1_1")] {
+    for (stage, unit) in [(Stage::Sample, "1_1"), (Stage::Segment, "patch_0_0"), (Stage::Write, "1_1")] {
         let made = job(&mesh, &params, &|task| {
             (task.stage == stage && task.unit == unit).then(|| "used more memory than it may".to_owned())
         });

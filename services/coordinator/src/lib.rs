@@ -19,7 +19,7 @@ mod tile;
 mod unpack;
 mod webhooks;
 
-pub use api::{document, router};
+pub use api::{FOR_THE_VIEWER, document, router};
 pub use auth::{Caller, NewToken, create_first_token, create_token};
 pub use feed::Feed;
 pub use listen::{Patience, serve};

@@ -3,6 +3,7 @@
 use crate::WorkerError;
 use crate::log::Log;
 use crate::protocol::{BAD_INPUT, FAILED, Order, PHASE, Report};
+use gable_job_store::Cause;
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use std::ffi::OsString;
@@ -123,9 +124,9 @@ pub(crate) async fn run(
                 state.send_modify(|s| s.memory = memory);
                 if memory > limits.memory {
                     let (used, most) = (memory >> 20, limits.memory >> 20);
-                    broken = Some(format!("used {used} MB of memory, more than the limit of {most} MB"));
+                    broken = Some(Cause::memory(used, most));
                 } else if begin.elapsed() > limits.time {
-                    broken = Some(format!("took longer than the limit of {} s", limits.time.as_secs_f64()));
+                    broken = Some(Cause::time(limits.time.as_secs_f64()));
                 }
                 if broken.is_some() {
                     kill(&mut child).await;
@@ -147,7 +148,7 @@ pub(crate) async fn run(
         },
         Some(BAD_INPUT) => Ended::BadInput(said),
         Some(FAILED) if !said.is_empty() => Ended::Badly(said),
-        _ => Ended::Badly(if said.is_empty() { status.to_string() } else { format!("{status}: {said}") }),
+        _ => Ended::Badly(Cause::died(status, &said)),
     })
 }
 

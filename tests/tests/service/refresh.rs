@@ -165,9 +165,9 @@ fn refreshed(database: Database) {
     let reach = (MARGIN + 10) as f64 * STEP;
     let origin = [blocks[0].1[0], blocks[0].1[1]].map(f64::floor);
     for patch in of("segment") {
-        let (x, y) = patch.split_once('_').unwrap();
-        let low = [x, y].map(|c| c.parse::<f64>().unwrap() * STEP);
+        let (column, row) = patch.strip_prefix("patch_").and_then(|name| name.split_once('_')).unwrap();
         let edge = PATCH as f64 * STEP;
+        let low = [column, row].map(|c| c.parse::<f64>().unwrap() * edge);
         let bounds = [origin[0] + low[0], origin[1] + low[1], origin[0] + low[0] + edge, origin[1] + low[1] + edge];
         let near = blocks.iter().any(|(name, b)| of("sample").contains(name.as_str()) && meet(&bounds, b, reach + 1.0));
         assert!(near, "patch {patch} does not see a block that changed");

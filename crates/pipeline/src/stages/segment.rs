@@ -49,7 +49,8 @@ pub(crate) fn segment(
             let found = match read_patch(context, patch)? {
                 Some(found) => Ok(found),
                 None => {
-                    match guarded(Stage::Segment, &name(patch), || labeller.label(context, ortho, terrain, patch)) {
+                    match guarded(Stage::Segment, &unit_name(patch), || labeller.label(context, ortho, terrain, patch))
+                    {
                         Ok(made) => Ok(write_patch(context, patch, made)?),
                         Err(error) if is_local(&error) => Err(error.to_string()),
                         Err(error) => return Err(error),
@@ -57,7 +58,7 @@ pub(crate) fn segment(
                 }
             };
             if found.is_ok() {
-                context.observer.done(Stage::Segment, &name(patch));
+                context.observer.done(Stage::Segment, &unit_name(patch));
             }
             Ok((patch, found))
         })
@@ -68,8 +69,15 @@ pub(crate) fn segment(
 /// What was found on a patch: its components and the evidence on each.
 pub(crate) type Found = (TileComponents, Vec<Evidence>);
 
-/// The name of a patch.
-pub(crate) fn name(patch: GridWindow) -> String {
+/// The name of a patch among units of work, which is that of no block: its column and row on the lattice of patches.
+pub(crate) fn unit_name(patch: GridWindow) -> String {
+    let [column, row] =
+        [(patch.x0, patch.width), (patch.y0, patch.height)].map(|(at, edge)| at.div_euclid(edge as i64));
+    format!("patch_{column}_{row}")
+}
+
+/// The name of the files of a patch: its south-western pixel.
+fn name(patch: GridWindow) -> String {
     format!("{}_{}", patch.x0, patch.y0)
 }
 
@@ -251,7 +259,7 @@ impl<'a> Labeller<'a> {
             TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
         };
         let found = gable_segmentation::segment(&input, &ground, &self.model, &self.params);
-        let found = found.map_err(|e| context.failed(Stage::Segment, &name(patch), e))?;
+        let found = found.map_err(|e| context.failed(Stage::Segment, &unit_name(patch), e))?;
         let mut labels = found.labels;
         for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
             if z.is_nan() {

@@ -7,6 +7,7 @@
 mod city;
 mod coarse_file;
 mod given;
+mod map;
 mod model;
 mod names;
 mod publish;
@@ -42,7 +43,8 @@ pub struct UnitJob<'a> {
 pub struct UnitTask {
     /// Its stage. Units of a stage may run at the same time; a stage begins when the earlier ones are over.
     pub stage: Stage,
-    /// Its name, unique in its stage: the block or tile `{ix}_{iy}`, the patch `{x0}_{y0}`, `scene` or `city`.
+    /// Its name: the block, or the tile in its place, `{ix}_{iy}`; the patch `patch_{column}_{row}`; `scene` or `city`. What lies at
+    /// different places has different names.
     pub unit: String,
     /// What it needs to know.
     pub input: UnitInput,

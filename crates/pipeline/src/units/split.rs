@@ -2,7 +2,7 @@
 
 use super::names::{GRID, SPLIT, TEXTURES, basis, block_file, materials_file};
 use super::textures::Packed;
-use super::{Unit, UnitInput, UnitResult, UnitTask, given};
+use super::{Unit, UnitInput, UnitResult, UnitTask, given, map};
 use crate::known::Known;
 use crate::stages::segment::Labeller;
 use crate::stages::terrain::Survey;
@@ -12,8 +12,8 @@ use gable_blocks::{BlocksError, Defects, Outliers, SplitReport, write_block};
 use gable_city_model::Header;
 use gable_scene::Counts;
 
-/// Reads: nothing but the source. Makes: `grid.json`, `split.json`, `textures.json`, `blocks/`, `textures/`, `given/`. Adds: one
-/// sampling for each block with data, and what comes once for the city.
+/// Reads: nothing but the source. Makes: `grid.json`, `split.json`, `textures.json`, `map/blocks.json`, `blocks/`, `textures/`,
+/// `given/`. Adds: one sampling for each block with data, and what comes once for the city.
 pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder) = (unit.context, unit.folder);
     let scene = run::open(unit.job.source, context.params)?;
@@ -57,6 +57,7 @@ pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     unit.write(SPLIT, &report)?;
     unit.write(GRID, &grid_of(report))?;
     result.made.extend([GRID, SPLIT, TEXTURES].map(str::to_owned));
+    result.made.push(map::write_blocks(unit, &blocks)?);
     result.made.extend(packed.sources().keys().filter(|name| folder.join(name).is_file()).cloned());
     result.tasks.extend(city_wide(unit));
     Ok(result)
@@ -106,7 +107,12 @@ fn city_wide(unit: &Unit<'_>) -> Vec<UnitTask> {
     }
     vec![
         // Whether files of labels and weights are given changes what is asked of the patches.
-        task(Stage::Terrain, names(&[GRID, SPLIT, "seen/", "coarse/"]), true, &["sampling", "segmentation"]),
+        task(
+            Stage::Terrain,
+            names(&[GRID, SPLIT, "seen/", "coarse/", map::PARTS]),
+            true,
+            &["sampling", "segmentation"],
+        ),
         task(Stage::Stitch, stitch, true, &["sampling", "segmentation", "modeling", "validation", "output"]),
         task(Stage::Report, report, false, &[]),
     ]

@@ -49,7 +49,7 @@ pub(super) fn failures(unit: &Unit<'_>, blocks: &Blocks, patches: &[GridWindow])
         }
     }
     for &patch in patches {
-        if let Some(reason) = unit.failure(Stage::Segment, &segment::name(patch)) {
+        if let Some(reason) = unit.failure(Stage::Segment, &segment::unit_name(patch)) {
             failures.add_window(blocks, patch, reason);
         }
     }
@@ -67,13 +67,13 @@ pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let failures = failures(unit, &blocks, &patches);
     let mut found = Vec::new();
     for patch in patches {
-        let failed = unit.failure(Stage::Segment, &segment::name(patch));
+        let failed = unit.failure(Stage::Segment, &segment::unit_name(patch));
         found.push((
             patch,
             match failed {
                 Some(reason) => Err(reason.to_owned()),
                 None => Ok(segment::read_patch(context, patch)?.ok_or_else(|| {
-                    unit.failed(format!("the labels of patch {} are not whole", segment::name(patch)))
+                    unit.failed(format!("the labels of {} are not whole", segment::unit_name(patch)))
                 })?),
             },
         ));

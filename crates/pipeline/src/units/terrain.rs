@@ -1,7 +1,7 @@
 //! What has to be known of the whole city before a part of it is labelled.
 
 use super::names::{GRID, SAMPLED, SPLIT, Sampled, SeenBlock, basis, coarse_file, seen_file};
-use super::{Unit, UnitInput, UnitResult, UnitTask, given, terrain_file};
+use super::{Unit, UnitInput, UnitResult, UnitTask, given, map, terrain_file};
 use crate::stages::prepare;
 use crate::stages::sample::{self, Seen};
 use crate::stages::segment as patches;
@@ -22,7 +22,7 @@ pub(super) struct PatchDetail {
     pub(super) pieces: Vec<sample::Piece>,
 }
 
-/// Reads: `split.json`, `seen/`, `coarse/`. Makes: `sampled.json`, `terrain/`. Adds: the labelling of each patch.
+/// Reads: `split.json`, `seen/`, `coarse/`, `map/parts/`. Makes: `sampled.json`, `terrain/`, `map/patches.json`, `map/picture.jpg`. Adds: the labelling of each patch.
 pub(super) fn terrain(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder) = (unit.context, unit.folder);
     let params = context.params;
@@ -54,7 +54,10 @@ pub(super) fn terrain(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
 
     let sampled = Sampled { blocks: seen, coloured, terrain: cells };
     let mosaic = sample::mosaic(context, sampled.pieces());
-    let tasks = patches::patches(&mosaic, params.segmentation.patch).into_iter().map(|patch| {
+    let found = patches::patches(&mosaic, params.segmentation.patch);
+    made.push(map::write_patches(unit, &blocks, found.iter().map(|&patch| (patches::unit_name(patch), patch)))?);
+    made.push(map::write_picture(unit, &blocks)?);
+    let tasks = found.into_iter().map(|patch| {
         let window = patches::seen_by(params, patch);
         let raw = prepare::seen_by(window);
         let sees = |p: &&sample::Piece| !p.window(patch.step).intersection(&raw).is_empty();
@@ -71,7 +74,7 @@ pub(super) fn terrain(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
             detail: serde_json::to_value(detail).map_err(|e| unit.failed(e))?,
             ..UnitInput::default()
         };
-        Ok(UnitTask { stage: Stage::Segment, unit: patches::name(patch), input, required: false })
+        Ok(UnitTask { stage: Stage::Segment, unit: patches::unit_name(patch), input, required: false })
     });
     let tasks = tasks.collect::<Result<_, PipelineError>>()?;
     unit.write(SAMPLED, &sampled)?;

@@ -30,10 +30,33 @@ export interface StageProgress {
 export interface JobDetail extends Job {
   request: { source: string; city: string; preset?: string; parameters?: Record<string, string | number | boolean> };
   progress: StageProgress[];
+  failures?: JobFailure[];
+}
+
+export type UnitKind = 'scene' | 'block' | 'patch' | 'tile' | 'city' | 'unknown';
+
+/// A reason for which units failed.
+export interface JobFailure {
+  reason: string;
+  what_to_do?: string;
+  count: number;
+  /// The first of them.
+  units: { stage: string; kind: UnitKind; unit: string; attempts: number }[];
+}
+
+/// Where the units of a job lie.
+export interface JobMap {
+  crs?: string;
+  /// West, south, east, north of all blocks, metres.
+  bbox?: [number, number, number, number];
+  picture: boolean;
+  /// Blocks, and patches of the labelling; tiles lie where the blocks of the same name lie.
+  units: { kind: 'block' | 'patch'; unit: string; bbox: [number, number, number, number] }[];
 }
 
 export interface Unit {
   stage: string;
+  kind: UnitKind;
   unit: string;
   state: 'ready' | 'running' | 'done' | 'reused' | 'failed' | 'cancelled';
   attempts: number;
@@ -70,6 +93,8 @@ export interface Parameter {
   min?: number;
   max?: number;
   choices: string[];
+  /// Choices that every job takes.
+  always?: string[];
   help: string;
 }
 
@@ -306,12 +331,32 @@ export interface ResultPlace {
   title: string;
   list: string;
   file: (path: string) => string;
+  /// West, south, east, north of a building; null if there is none of this id, undefined if that cannot be told.
+  building: (id: string) => Promise<number[] | null | undefined>;
 }
 
-export const jobPlace = (id: string, title = id): ResultPlace => ({
+async function buildingOf(city: string, which: string, id: string): Promise<number[] | null | undefined> {
+  try {
+    return (await get<{ bbox: number[] }>(`/cities/${city}/buildings/${encodeURIComponent(id)}${which}`)).bbox;
+  } catch (error) {
+    if (error instanceof ApiError) return error.status === 404 ? null : undefined;
+    throw error;
+  }
+}
+
+/// The result of a job; `city` is the city that it made, if that is known.
+export const jobPlace = (id: string, title = id, city?: string): ResultPlace => ({
   title,
   list: `/jobs/${id}/files`,
   file: (path) => `${BASE}/jobs/${id}/files/${path}`,
+  building: async (building) => {
+    if (!city) return undefined;
+    const name = encodeURIComponent(city);
+    const all = await pages<Generation, { generations: Generation[]; next?: number }>(`/cities/${name}/generations`, (page) => page.generations, 'before', 1000);
+    // A job that was mended has made several: the last is what its files are.
+    const own = all.find((g) => g.job === id);
+    return own && buildingOf(name, `?generation=${own.number}`, building);
+  },
 });
 
 export const cityPlace = (name: string, generation?: number): ResultPlace => {
@@ -321,6 +366,7 @@ export const cityPlace = (name: string, generation?: number): ResultPlace => {
     title: generation === undefined ? name : `${name}, generation ${generation}`,
     list: `/cities/${city}/files${which}`,
     file: (path) => `${BASE}/cities/${city}/files/${path}${which}`,
+    building: (id) => buildingOf(city, which, id),
   };
 };
 

@@ -8,6 +8,7 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use gable_job_store::{Task, TaskLog};
+use gable_pipeline::Stage;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -16,7 +17,11 @@ use utoipa::ToSchema;
 pub(crate) struct BlockView {
     #[schema(example = "sample")]
     stage: &'static str,
-    /// Column and row of the block, joined by `_`; other names for what concerns the whole city.
+    /// What it is: `block`, a part of the mesh; `patch`, a part of the lattice on which labels are found; `tile`, a part of the result, in the
+    /// place of the block of the same name; `scene`, the whole mesh; `city`, the whole city. `/jobs/{id}/map` tells where they lie.
+    #[schema(example = "block")]
+    kind: &'static str,
+    /// Its name. Column and row, joined by `_`, of blocks and tiles; `patch_` before those of patches.
     #[schema(example = "3_7")]
     unit: String,
     /// ready, running, done, reused, failed or cancelled.
@@ -45,6 +50,7 @@ impl BlockView {
     fn of(task: Task) -> Self {
         Self {
             stage: stage_name(task.stage),
+            kind: kind_of(task.stage),
             seconds: seconds(&task),
             state: task.state.name(),
             attempts: task.attempts,
@@ -57,14 +63,26 @@ impl BlockView {
     }
 }
 
-/// The blocks of a job, by stage and unit
+/// What the units of a stage are.
+pub(super) fn kind_of(stage: i64) -> &'static str {
+    match usize::try_from(stage).ok().and_then(|n| Stage::ALL.get(n)) {
+        Some(Stage::Split) => "scene",
+        Some(Stage::Sample) => "block",
+        Some(Stage::Segment) => "patch",
+        Some(Stage::Model | Stage::Write) => "tile",
+        Some(Stage::Terrain | Stage::Stitch | Stage::Report) => "city",
+        None => "unknown",
+    }
+}
+
+/// The units of a job: blocks, patches, tiles and what there is once, by stage and name
 ///
 /// To poll them, send the ETag of the last answer as If-None-Match: nothing new is answered by 304.
 #[utoipa::path(
     get, path = "/jobs/{id}/blocks", tag = "jobs",
     params(("id" = String, Path, description = "Id of the job")),
     responses(
-        (status = 200, description = "The blocks", body = Vec<BlockView>, headers(("ETag" = String, description = "Their state"))),
+        (status = 200, description = "The units", body = Vec<BlockView>, headers(("ETag" = String, description = "Their state"))),
         (status = 304, description = "Nothing new"),
         Refused<404>,
     )
@@ -82,15 +100,15 @@ pub(crate) async fn list(
     polled(&service.answers.blocks, &service.store, &id, &headers, blocks).await
 }
 
-/// What the programs of a block said
+/// What the programs of a unit said
 ///
-/// The last lines of each stage's last attempt, stage by stage, with the seconds since the attempt began: 200 lines and 16 KB at most. Also
-/// for the other units that `/blocks` lists, such as that of the stage `stitch`, which finds the seams. There is none of units that were not begun.
+/// The last lines of the last attempt, of a block and of the tile in its place stage by stage, with the seconds since the attempt began: 200
+/// lines and 16 KB at most. For all units that `/blocks` lists, under their names there. There is none of units that were not begun.
 #[utoipa::path(
     get, path = "/jobs/{id}/blocks/{unit}/log", tag = "jobs",
     params(
         ("id" = String, Path, description = "Id of the job"),
-        ("unit" = String, Path, description = "The block, column and row joined by `_`, or another unit"),
+        ("unit" = String, Path, description = "The unit, as `/blocks` names it"),
     ),
     responses(
         (status = 200, description = "The lines, as text", body = String, content_type = "text/plain"),

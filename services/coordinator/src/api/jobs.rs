@@ -1,5 +1,6 @@
 //! Jobs: submitting, finding, steering.
 
+use super::failures::{self, FailureView};
 use crate::extract::{Body, Query};
 use crate::pages::{limit, page, polled, time};
 use crate::problem::Refused;
@@ -144,6 +145,9 @@ pub(crate) struct JobDetail {
     request: JobRequest,
     /// Its stages, in order.
     progress: Vec<StageProgress>,
+    /// What failed, each reason once, in the order of the stages.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    failures: Vec<FailureView>,
 }
 
 /// How far a stage is.
@@ -380,7 +384,11 @@ async fn detail(store: &Store, id: &str) -> Result<JobDetail, Problem> {
             TaskState::Cancelled => entry.cancelled += n,
         }
     }
-    Ok(JobDetail { job: JobView::of(job), request, progress: progress.into_values().collect() })
+    let failures = match progress.values().any(|stage| stage.failed > 0) {
+        true => failures::grouped(&store.tasks(id).await?),
+        false => Vec::new(),
+    };
+    Ok(JobDetail { job: JobView::of(job), request, progress: progress.into_values().collect(), failures })
 }
 
 macro_rules! steering {

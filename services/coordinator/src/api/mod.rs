@@ -7,9 +7,11 @@ mod cities;
 mod city_files;
 mod dashboard;
 mod events;
+mod failures;
 mod files;
 mod health;
 pub(crate) mod jobs;
+mod map;
 mod metrics;
 mod parameters;
 mod parts;
@@ -18,6 +20,8 @@ mod seams;
 mod uploads;
 mod webhooks;
 mod workers;
+
+pub use parameters::FOR_THE_VIEWER;
 
 pub(crate) use jobs::first_task;
 pub(crate) use schedules::read_request;
@@ -144,6 +148,8 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(jobs::set_priority))
         .routes(routes!(blocks::list))
         .routes(routes!(blocks::log))
+        .routes(routes!(map::show))
+        .routes(routes!(map::picture))
         .routes(routes!(seams::list))
         .routes(routes!(events::list))
         .routes(routes!(files::list))

@@ -3,10 +3,16 @@
 use crate::Caller;
 use axum::Json;
 use gable_pipeline::Params;
-use gable_pipeline::params::{PARAMETERS, PRESETS};
+use gable_pipeline::params::{Format, PARAMETERS, PRESETS};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
+
+/// The format that every job writes besides those that are asked for: what the dashboard's viewer shows.
+pub const FOR_THE_VIEWER: Format = Format::Tiles3d;
+
+/// The parameter that lists the formats.
+const FORMATS: &str = "output.formats";
 
 /// A parameter.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -23,6 +29,9 @@ pub(crate) struct ParameterView {
     #[serde(skip_serializing_if = "Option::is_none")]
     max: Option<f64>,
     choices: &'static [&'static str],
+    /// Choices that every job takes, whatever is asked for: the dashboard's viewer shows 3D Tiles.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    always: Vec<&'static str>,
     help: &'static str,
 }
 
@@ -60,6 +69,7 @@ pub(crate) async fn list(_: Caller) -> Json<ParameterList> {
         min: p.bounds.map(|b| b.min),
         max: p.bounds.map(|b| b.max),
         choices: p.choices,
+        always: if p.name == FORMATS { vec![FOR_THE_VIEWER.name()] } else { Vec::new() },
         help: p.help,
     });
     let presets =

@@ -184,11 +184,37 @@ fn progress(job: &Value) -> String {
     format!("{state}: {stage} {} of {all}{failed}", count(&["done"]))
 }
 
+/// Most units that are named for one reason.
+const NAMED: usize = 8;
+
+/// What failed of a job: each reason once, with what to do and the units.
+fn failures(job: &Value) -> String {
+    let mut lines = String::new();
+    for failure in job["failures"].as_array().into_iter().flatten() {
+        let count = failure["count"].as_u64().unwrap_or(0);
+        let units = if count == 1 { "unit" } else { "units" };
+        lines += &format!("\n{count} {units} failed: {}\n", text(&failure["reason"]));
+        if let Some(advice) = failure["what_to_do"].as_str() {
+            lines += &format!("  {advice}\n");
+        }
+        let named = failure["units"].as_array().into_iter().flatten().take(NAMED);
+        let mut names: Vec<String> = named.map(|u| format!("{} {}", text(&u["stage"]), text(&u["unit"]))).collect();
+        let rest = usize::try_from(count).unwrap_or(0).saturating_sub(names.len());
+        if rest > 0 {
+            names.push(format!("and {rest} more"));
+        }
+        lines += &format!("  {}\n", names.join(", "));
+    }
+    lines
+}
+
 /// A job, stage by stage.
 fn shown(job: &Value) -> String {
     let mut lines = String::new();
+    let failures = failures(job);
     for member in ["id", "city", "source", "owner", "state", "reason", "created", "started", "finished"] {
-        if job[member].is_string() {
+        // The reason of a job is that of a unit.
+        if job[member].is_string() && (member != "reason" || failures.is_empty()) {
             lines += &format!("{member:<10}{}\n", text(&job[member]));
         }
     }
@@ -197,7 +223,7 @@ fn shown(job: &Value) -> String {
     for stage in job["progress"].as_array().into_iter().flatten() {
         rows.push(columns.map(|member| text(&stage[member])).to_vec());
     }
-    format!("{lines}\n{}", table::render(&rows))
+    format!("{lines}\n{}{failures}", table::render(&rows))
 }
 
 /// A job as JSON, or one member of it.
@@ -228,5 +254,20 @@ mod tests {
         let job = json!({ "state": "running", "stage": "sample", "progress": [stage("split", 0, 1, 0), stage("sample", 3, 4, 2)] });
         assert_eq!(progress(&job), "running: sample 4 of 10, 2 failed");
         assert_eq!(progress(&json!({ "state": "accepted", "stage": "split", "progress": [] })), "accepted: split");
+    }
+
+    #[test]
+    fn a_reason_is_told_once() {
+        let unit = |n: u32| json!({ "stage": "sample", "kind": "block", "unit": format!("{n}_0"), "attempts": 3 });
+        let failure = json!({ "reason": "used 5 MB", "what_to_do": "Give it more.", "count": 12,
+            "units": (0..12).map(unit).collect::<Vec<_>>() });
+        let job =
+            json!({ "id": "j", "reason": "sample of every block: used 5 MB", "progress": [], "failures": [failure] });
+        let text = shown(&job);
+        assert_eq!(text.matches("used 5 MB").count(), 1, "{text}");
+        assert!(text.contains("12 units failed: used 5 MB\n  Give it more.\n  sample 0_0, sample 1_0,"), "{text}");
+        assert!(text.ends_with("sample 7_0, and 4 more\n"), "{text}");
+        let plain = shown(&json!({ "id": "j", "reason": "cancelled by ann", "progress": [] }));
+        assert!(plain.contains("cancelled by ann"), "{plain}");
     }
 }

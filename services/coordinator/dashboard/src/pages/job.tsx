@@ -1,16 +1,17 @@
 import { memo } from 'preact/compat';
 import { useCallback, useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { type Job, type JobDetail, type JobEvent, type ResultFile, type Unit, download, filesOf, follow, jobPlace, send } from '../api';
+import { type Job, type JobDetail, type JobEvent, type JobMap, type ResultFile, type Unit, download, filesOf, follow, jobPlace, send } from '../api';
 import { useCaller } from '../caller';
 import { ago, between, bytes, moment, plural, seconds, tail, timeOfDay } from '../format';
 import { STAGES, fraction, left } from '../progress';
 import { type Route, link, replaceQuery } from '../router';
 import { Action, Bar, Columns, Failure, Loading, State, useGet, useNow, usePoll, useSeldom } from '../ui';
-import { BlockPanel } from './block';
-import { Grid, METRICS, type Metric, blocksOf } from './grid';
+import { LAYERS, type Layer, METRICS, type Metric, UnitMap } from './map';
 import { Priority } from './priority';
 import { Seams } from './seams';
 import { Timeline } from './timeline';
+import { UnitPanel } from './unit';
+import { placesOf, titleOf } from './units';
 
 /// Most events that are kept.
 const EVENTS = 2000;
@@ -21,38 +22,52 @@ export function JobPage({ id, route }: { id: string; route: Route }) {
   const [events, setEvents] = useState<JobEvent[]>([]);
   useEffect(() => follow(id, (more) => setEvents((old) => [...old, ...more].slice(-EVENTS))), [id]);
   const metric = (route.query.get('by') ?? 'state') as Metric;
-  const block = route.query.get('block');
-  const blocks = useMemo(() => blocksOf(units ?? []), [units]);
+  const chosen = route.query.get('unit');
+  const written = STAGES.indexOf(job?.stage ?? '') >= STAGES.indexOf('model');
+  const blocks = useMemo(() => placesOf(units ?? [], 'block', written), [units, written]);
+  const patches = useMemo(() => placesOf(units ?? [], 'patch', false), [units]);
+  // Where units lie is known when the mesh is split, the patches when all blocks are sampled.
+  const ends = (stage: string) => units?.find((u) => u.stage === stage && (u.state === 'done' || u.state === 'reused'))?.started ?? '';
+  const { value: newer } = useGet<JobMap>(units ? `/jobs/${id}/map#${ends('split')},${ends('terrain')}` : null);
+  // What is known stays while more is asked for.
+  const known = useRef<JobMap | undefined>(undefined);
+  if (newer) known.current = newer;
+  const map = known.current;
   // Parts that are drawn again only if they change keep it: it has to know where the page is now.
   const here = useRef(route);
   here.current = route;
-  const chooseBlock = useCallback((name: string | null) => replaceQuery(here.current, { block: name ?? undefined }), []);
+  const choose = useCallback((name: string | null) => replaceQuery(here.current, { unit: name ?? undefined }), []);
   const drawn = useSeldom(units, 10_000, job?.finished !== undefined);
   if (!job) return error ? <Failure error={error}>{error.status === 404 && <a href={link(['jobs'])}>All jobs</a>}</Failure> : <Loading what="the job" />;
-  const failed = (units ?? []).filter((u) => u.state === 'failed');
+  const layer = (route.query.get('layer') ?? (job.stage === 'segment' && !job.finished ? 'patches' : 'blocks')) as Layer;
+  // What is required of a job, and failed.
+  const lost = job.state === 'failed' ? units?.find((u) => u.state === 'failed' && (u.kind === 'scene' || u.kind === 'city'))?.stage : undefined;
   return (
     <>
       <Head job={job} />
       {error && <Failure error={error} />}
-      {(job.reason || failed.length > 0) && <Failures job={job} failed={failed} route={route} />}
+      {(job.reason || job.failures) && <Failures job={job} choose={choose} />}
       <div class="columns">
         <div class="stack">
           <section class="card" aria-labelledby="grid-title">
             <div class="title small">
-              <h2 id="grid-title">Blocks</h2>
+              <h2 id="grid-title">Map</h2>
+              <span class="segments" role="group" aria-label="Units on the map">
+                {LAYERS.map((l) => <button key={l} aria-pressed={layer === l} onClick={() => replaceQuery(route, { layer: l })}>{LAYER_NAMES[l]}</button>)}
+              </span>
               <label class="row">
                 by
-                <select aria-label="Colour blocks by" value={metric} onChange={(e) => replaceQuery(route, { by: e.currentTarget.value })}>
+                <select aria-label="Colour units by" value={metric} onChange={(e) => replaceQuery(route, { by: e.currentTarget.value })}>
                   {METRICS.map((m) => <option key={m}>{m}</option>)}
                 </select>
               </label>
             </div>
-            {units ? <Grid blocks={blocks} metric={metric} chosen={block} choose={chooseBlock} /> : <Loading what="the blocks" />}
+            {units ? <UnitMap job={id} layer={layer} blocks={blocks} patches={patches} map={map} lost={lost} metric={metric} chosen={chosen} choose={choose} /> : <Loading what="the map" />}
           </section>
-          {units && <Seams job={job} units={units} choose={chooseBlock} />}
+          {units && <Seams job={job} units={units} choose={choose} />}
         </div>
         <div class="stack">
-          {block && <BlockPanel job={job} name={block} units={units ?? []} events={events} close={() => replaceQuery(route, { block: undefined })} />}
+          {chosen && <UnitPanel job={job} name={chosen} units={units ?? []} map={map} events={events} choose={choose} />}
           <section class="card" aria-labelledby="stages-title">
             <h2 id="stages-title">Stages</h2>
             <Stages job={job} />
@@ -100,35 +115,40 @@ function Head({ job }: { job: JobDetail }) {
   );
 }
 
-function Failures({ job, failed, route }: { job: JobDetail; failed: Unit[]; route: Route }) {
+const LAYER_NAMES: Record<Layer, string> = { blocks: 'Blocks and tiles', patches: 'Patches' };
+
+/// Most units that are named for one reason.
+const NAMED = 12;
+
+/// What failed, each reason once.
+function Failures({ job, choose }: { job: JobDetail; choose: (unit: string) => void }) {
   const { maySteer } = useCaller();
-  const reasons = new Map<string, Unit[]>();
-  for (const unit of failed) {
-    const reason = unit.reason ?? 'no reason is known';
-    reasons.set(reason, [...(reasons.get(reason) ?? []), unit]);
-  }
+  const failures = job.failures ?? [];
+  const count = failures.reduce((sum, f) => sum + f.count, 0);
   return (
     <section class="card failures" aria-labelledby="failures-title">
       <div class="title small">
-        <h2 id="failures-title">{failed.length ? `${plural(failed.length, 'unit')} failed` : 'Failed'}</h2>
-        {failed.length > 0 && job.finished && maySteer(job.owner) && (
+        <h2 id="failures-title">{count ? `${plural(count, 'unit')} failed` : 'Failed'}</h2>
+        {count > 0 && job.finished && maySteer(job.owner) && (
           <Action label="Retry" kind="primary" run={() => send('POST', `/jobs/${job.id}/retry`)} title="Do what failed again" />
         )}
       </div>
-      {job.reason && <p>{job.reason}</p>}
+      {!failures.length && <p>{job.reason}</p>}
       <ul>
-        {[...reasons].map(([reason, units]) => (
-          <li key={reason}>
-            <span>{reason}</span>
+        {failures.map((f) => (
+          <li key={f.reason}>
+            <span class="reason">{f.reason}{f.count > 1 && <small> and {f.count - 1} alike</small>}</span>
+            {f.what_to_do && <span class="what-to-do">{f.what_to_do}</span>}
             <span class="chips">
-              {units.slice(0, 12).map((u) => (
-                <button key={u.stage + u.unit} class="chip" onClick={() => replaceQuery(route, { block: u.unit })}>{u.stage} {u.unit}{u.attempts > 1 ? ` (${u.attempts} attempts)` : ''}</button>
+              {f.units.slice(0, NAMED).map((u) => (
+                <button key={u.stage + u.unit} class="chip" onClick={() => choose(u.unit)}>{titleOf(u.kind, u.unit)} <small>{u.stage}{u.attempts > 1 ? `, ${u.attempts} attempts` : ''}</small></button>
               ))}
-              {units.length > 12 && <span class="dim">and {units.length - 12} more</span>}
+              {f.count > NAMED && <span class="dim">and {f.count - NAMED} more</span>}
             </span>
           </li>
         ))}
       </ul>
+      {job.state === 'partial' && <p class="dim">The rest of the city is there. Retry does only what failed again, and what hangs on it.</p>}
     </section>
   );
 }

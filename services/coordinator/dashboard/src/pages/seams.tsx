@@ -27,7 +27,7 @@ export function Seams({ job, units, choose }: { job: JobDetail; units: Unit[]; c
   return (
     <section class="card" aria-labelledby="seams-title">
       <h2 id="seams-title">Seams</h2>
-      {!over && <p class="dim">{stitch ? <>Buildings are united across the borders of blocks when all patches are labelled: <State state={stitch.state} /></> : 'The mesh is not split yet.'}{stitch?.reason && ` ${stitch.reason}`}</p>}
+      {!over && <p class="dim">{stitch ? <>Buildings are united across the borders of blocks when all patches are labelled: <State state={stitch.state} /></> : 'The mesh is not split yet.'}</p>}
       {error && <Failure error={error} retry={again} />}
       {value?.length === 0 && <p class="dim">No building crosses the border of a block.</p>}
       {!!value?.length && <List seams={value} told={told} took={stitch?.seconds} choose={choose} />}
