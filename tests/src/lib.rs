@@ -18,6 +18,6 @@ pub use city::{case, town};
 pub use node::run_node;
 pub use proxy::Proxy;
 pub use result::{Tile, bytes_of_models, footprint_iou, footprints, read_city, tiles};
-pub use service::{Database, Files, Process, Service, files_of, pause_postgres, same_models, signal};
+pub use service::{AS_A_JOB, Database, Files, Process, Service, files_of, pause_postgres, same_models, signal};
 pub use skip::{schemas, skip, test_data};
 pub use valid::{assert_citygml, assert_cityjson, assert_solids};

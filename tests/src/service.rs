@@ -16,6 +16,9 @@ use ureq::RequestBuilder;
 /// Files by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
+/// Arguments with which `gable run` writes what a job writes that asks for no formats: 3D Tiles as well.
+pub const AS_A_JOB: [&str; 2] = ["--formats", "cityjson,cityjsonseq,citygml,3dtiles"];
+
 /// What a service stands on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Database {

@@ -3,8 +3,11 @@
 
 use gable_geometry::dvec2;
 use gable_tests::{Database, Service, files_of, footprints, gable, read_city, run_node, skip, town};
+use serde_json::json;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
 
 /// World coordinates of the meshes that `gable synth` makes.
 const ORIGIN: [f64; 2] = [85_000.0, 446_000.0];
@@ -39,26 +42,48 @@ fn with_a_higher_house(town: &Path, mesh: &Path) {
     }
 }
 
-/// A program that starts tasks, but dies at block 2, 2 as long as a file is there.
-fn poison(folder: &Path, marker: &Path) -> PathBuf {
-    let path = folder.join("poison.sh");
-    let script = format!(
-        "#!/bin/bash\nIFS= read -r order\ncase $order in\n*'\"stage\":1,\"unit\":\"2_2\",\"input\"'*) \
-         if [ -e '{}' ]; then kill -ABRT $$; fi ;;\nesac\nexec \"$@\" < <(printf '%s\\n' \"$order\"; exec cat)\n",
-        marker.display()
-    );
+/// A program that starts tasks, but first does to those whose order fits a pattern of the shell what a command of the shell says, as long as
+/// a file is there.
+fn wrapper(folder: &Path, cases: &[(&str, &str, &Path)]) -> PathBuf {
+    let path = folder.join("wrapper.sh");
+    let mut script = "#!/bin/bash\nIFS= read -r order\ncase $order in\n".to_owned();
+    for (pattern, command, marker) in cases {
+        writeln!(script, "{pattern}) if [ -e '{}' ]; then {command}; fi ;;", marker.display()).unwrap();
+    }
+    script += "esac\nexec \"$@\" < <(printf '%s\\n' \"$order\"; exec cat)\n";
     std::fs::write(&path, script).unwrap();
     std::fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
     path
 }
 
+/// Whether there is a browser; said if not.
+fn has_browser(test: &str) -> bool {
+    let browsers = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+    let there = std::env::var_os("GABLE_CHROMIUM").is_some() || browsers.iter().any(|b| Path::new(b).exists());
+    if !there {
+        skip(test, "Chromium is not installed");
+    }
+    there
+}
+
+/// Whether the service has its dashboard; said if not.
+fn has_dashboard(test: &str, service: &Service) -> bool {
+    let there = service.text("/").contains("id=\"app\"");
+    if !there {
+        skip(test, "the binary was built without the dashboard (Node was missing, or packages could not be had)");
+    }
+    there
+}
+
+/// Where pictures stay, to be looked at: beside the binary.
+fn shots() -> PathBuf {
+    gable().parent().unwrap().join("dashboard-pictures")
+}
+
 #[test]
 fn an_operator_works_at_the_dashboard() {
     const TEST: &str = "an_operator_works_at_the_dashboard";
-    let browsers = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
-    let given = std::env::var_os("GABLE_CHROMIUM").is_some();
-    if !given && !browsers.iter().any(|b| Path::new(b).exists()) {
-        skip(TEST, "Chromium is not installed");
+    if !has_browser(TEST) {
         return;
     }
     let town = town(4, 0.02);
@@ -74,15 +99,14 @@ fn an_operator_works_at_the_dashboard() {
     with_a_higher_house(&town, &later);
     let marker = folder.path().join("poisoned");
     std::fs::write(&marker, "").unwrap();
-    let wrapper = poison(folder.path(), &marker);
+    let dies = (r#"*'"stage":1,"unit":"2_2","input"'*"#, "kill -ABRT $$", marker.as_path());
+    let wrapper = wrapper(folder.path(), &[dies]);
     let Some(mut service) = Service::new(TEST, Database::Sqlite, folder.path(), 5.0) else { return };
     let _process = service.serve(&["--all", "--slots", "2", "--task-wrapper", wrapper.to_str().unwrap()]);
-    if !service.text("/").contains("id=\"app\"") {
-        skip(TEST, "the binary was built without the dashboard (Node was missing, or packages could not be had)");
+    if !has_dashboard(TEST, &service) {
         return;
     }
-    // Pictures stay, to be looked at, beside the binary.
-    let shots = gable().parent().unwrap().join("dashboard-pictures");
+    let shots = shots();
     let paths = [&first, &later, &marker, &shots].map(|p| p.to_str().unwrap());
     let arguments = [&[service.address(), service.operator()], &paths[..]].concat();
     let Some(measured) = run_node(TEST, "dashboard.mjs", "playwright-core", &arguments) else { return };
@@ -96,4 +120,90 @@ fn an_operator_works_at_the_dashboard() {
     let token = service.token("eve", "viewer");
     let arguments = [service.address(), &token, shots.to_str().unwrap()];
     let _ = run_node(TEST, "login.mjs", "playwright-core", &arguments);
+}
+
+/// The command of the README that sends a job, with another address for the service.
+fn curl_of_the_readme(address: &str) -> String {
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
+    let sends = |line: &&str| line.starts_with("curl localhost:8080/api/v1/jobs ") && line.contains(" -d '{\"source\"");
+    let line = readme.lines().find(sends).expect("the README sends a job by curl");
+    line.replace("localhost:8080", address.trim_start_matches("http://"))
+}
+
+#[test]
+fn a_job_sent_as_the_readme_says_opens_with_its_city() {
+    const TEST: &str = "a_job_sent_as_the_readme_says_opens_with_its_city";
+    if !has_browser(TEST) {
+        return;
+    }
+    // The folder of OBJ tiles is the source that the README calls mesh.obj.
+    let root = tempfile::tempdir().unwrap();
+    for (name, bytes) in files_of(&town(4, 0.02).join("mesh")) {
+        let place = root.path().join("mesh.obj").join(&name);
+        std::fs::create_dir_all(place.parent().unwrap()).unwrap();
+        std::fs::write(place, &bytes).unwrap();
+    }
+    let Some(mut service) = Service::new(TEST, Database::Sqlite, root.path(), 5.0) else { return };
+    let _process = service.serve(&["--all", "--slots", "2"]);
+    if !has_dashboard(TEST, &service) {
+        return;
+    }
+    let command = curl_of_the_readme(service.address());
+    let sent = Command::new("bash").args(["-c", &command]).env("GABLE_TOKEN", service.operator()).output();
+    let Some(sent) = sent.ok().filter(|sent| sent.status.code() != Some(127)) else {
+        return skip(TEST, "curl is not installed");
+    };
+    let job: serde_json::Value =
+        serde_json::from_slice(&sent.stdout).unwrap_or_else(|e| panic!("{command}: {e}: {sent:?}"));
+    let (id, city) = (job["id"].as_str().unwrap(), job["city"].as_str().unwrap());
+    service.expect(id, "successful", Duration::from_secs(300));
+    let shots = shots();
+    let arguments = [service.address(), service.operator(), id, city, shots.to_str().unwrap()];
+    let Some(measured) = run_node(TEST, "city.mjs", "playwright-core", &arguments) else { return };
+    assert!(measured["buildings"].as_u64().unwrap() > 3, "{measured}");
+}
+
+#[test]
+fn what_failed_lies_on_the_map() {
+    const TEST: &str = "what_failed_lies_on_the_map";
+    if !has_browser(TEST) {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let markers = ["patches", "stitching"].map(|name| folder.path().join(name));
+    std::fs::write(&markers[0], "").unwrap();
+    let patch = r#"*'"stage":3,"unit":"patch_0_'[01]'","input"'*"#;
+    let stitch = r#"*'"stage":4,"unit":"city","input"'*"#;
+    let wrapper = wrapper(
+        folder.path(),
+        &[
+            (patch, "kill -KILL $$", &markers[0]),
+            (
+                stitch,
+                "echo 'the glue of this city is dry: give it another parameter modeling.beta' >&2; exit 2",
+                &markers[1],
+            ),
+        ],
+    );
+    let mesh = town(4, 0.02).join("mesh");
+    let Some(mut service) = Service::new(TEST, Database::Sqlite, &mesh, 5.0) else { return };
+    let _process = service.serve(&["--all", "--slots", "2", "--task-wrapper", wrapper.to_str().unwrap()]);
+    if !has_dashboard(TEST, &service) {
+        return;
+    }
+    let wanted = json!({ "sampling.step": 0.5, "grid.columns": 4, "grid.rows": 3, "segmentation.patch": 100, "segmentation.margin": 16 });
+    let partial = service.submit(&mesh, "partial", &wanted);
+    service.expect(&partial, "partial", Duration::from_secs(120));
+    std::fs::remove_file(&markers[0]).unwrap();
+    std::fs::write(&markers[1], "").unwrap();
+    let failed = service.submit(&mesh, "failed", &wanted);
+    service.expect(&failed, "failed", Duration::from_secs(120));
+
+    let shown = service.get(&format!("/jobs/{partial}"));
+    let failures = shown["failures"].as_array().unwrap();
+    assert_eq!((failures.len(), &failures[0]["count"]), (1, &json!(2)), "{failures:?}");
+    assert!(failures[0]["what_to_do"].as_str().unwrap().contains("--slots"), "{failures:?}");
+    let shots = shots();
+    let arguments = [service.address(), service.operator(), &partial, &failed, shots.to_str().unwrap()];
+    let _ = run_node(TEST, "failures.mjs", "playwright-core", &arguments);
 }

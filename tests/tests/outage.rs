@@ -2,7 +2,7 @@
 //! that of an undisturbed run.
 #![cfg(unix)]
 
-use gable_tests::{Database, Process, Service, files_of, pause_postgres, run_gable, same_models, town};
+use gable_tests::{AS_A_JOB, Database, Process, Service, files_of, pause_postgres, run_gable, same_models, town};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
@@ -30,7 +30,7 @@ fn ends_well(service: &Service, job: &str, mesh: &Path, away: Instant, log: impl
     let out = tempfile::tempdir().unwrap();
     let path = out.path().to_str().unwrap();
     let more = ["--step", "0.5", "--grid", "8x8", "--set", "output.report=false", "--quiet"];
-    let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..]].concat()).success();
+    let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..], &AS_A_JOB].concat()).success();
     same_models(&service.files(job), &files_of(out.path()));
     let events = service.events(job);
     assert_eq!(events.iter().filter(|e| e["kind"] == "published").count(), 1);

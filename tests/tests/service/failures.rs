@@ -1,6 +1,6 @@
 //! Jobs that go on whatever dies: real coordinators and workers, killed, frozen, and poisoned; on both databases.
 
-use gable_tests::{Database, Files, Process, Service, files_of, run_gable, same_models, signal, town};
+use gable_tests::{AS_A_JOB, Database, Files, Process, Service, files_of, run_gable, same_models, signal, town};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ fn expected(side: u32) -> &'static Files {
         let out = tempfile::tempdir().unwrap();
         let (mesh, path, grid) = (mesh(), out.path().to_str().unwrap(), format!("{side}x{side}"));
         let more = ["--step", "0.5", "--grid", &grid, "--set", "output.report=false", "--quiet"];
-        let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..]].concat()).success();
+        let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..], &AS_A_JOB].concat()).success();
         Box::leak(Box::new(files_of(out.path())))
     })
 }

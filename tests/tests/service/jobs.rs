@@ -1,6 +1,6 @@
 //! The service as a user meets it: `gable serve --all`, a job over REST, and the files of `gable run`.
 
-use gable_tests::{Database, Files, Service, files_of, run_gable, same_models, signal, town};
+use gable_tests::{AS_A_JOB, Database, Files, Service, files_of, run_gable, same_models, signal, town};
 use serde_json::json;
 use std::time::Duration;
 
@@ -11,8 +11,8 @@ fn a_job_makes_the_files_of_a_run() {
     let mesh = town(2, 0.02).join("mesh");
     let out = tempfile::tempdir().unwrap();
     let path = out.path().to_str().unwrap();
-    let _ = run_gable(&["run", mesh.to_str().unwrap(), "--out", path, "--step", "0.4", "--grid", "5x3", "--quiet"])
-        .success();
+    let more = ["--step", "0.4", "--grid", "5x3", "--quiet"];
+    let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..], &AS_A_JOB].concat()).success();
     let mut service = Service::new("a_job_makes_the_files_of_a_run", Database::Sqlite, &mesh, 5.0).unwrap();
     let mut process = service.serve(&["--all", "--slots", "2"]);
     let wanted = json!({ "sampling.step": 0.4, "grid.columns": 5, "grid.rows": 3 });

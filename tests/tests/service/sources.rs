@@ -1,6 +1,6 @@
 //! Meshes that are uploaded, or lie in an object store, give the same city as those in a folder.
 
-use gable_tests::{Database, Files, Service, files_of, run_gable, same_models, town};
+use gable_tests::{AS_A_JOB, Database, Files, Service, files_of, run_gable, same_models, town};
 use serde_json::json;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ fn expected() -> Files {
     let out = tempfile::tempdir().unwrap();
     let (mesh, path) = (mesh(), out.path().to_str().unwrap());
     let more = ["--step", "0.5", "--grid", "2x2", "--set", "output.report=false", "--quiet"];
-    let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..]].concat()).success();
+    let _ = run_gable(&[&["run", mesh.to_str().unwrap(), "--out", path], &more[..], &AS_A_JOB].concat()).success();
     files_of(out.path())
 }
 

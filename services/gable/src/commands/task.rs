@@ -3,7 +3,7 @@
 use crate::cli::TaskArgs;
 use crate::exit::{Outcome, UsageError};
 use anyhow::Context as _;
-use gable_coordinator::Source;
+use gable_coordinator::{FOR_THE_VIEWER, Source};
 use gable_job_store::{FetchLimits, JobStoreError, fetch_objects};
 use gable_pipeline::params::PARAMETERS;
 use gable_pipeline::{
@@ -108,7 +108,7 @@ struct Request {
 }
 
 impl Request {
-    /// The parameters, with the files that they name found in the roots.
+    /// The parameters, with the files that they name found in the roots, and what the viewer shows among the formats.
     fn params(&self, roots: &[PathBuf], memory: u64) -> anyhow::Result<Params> {
         let text = |value: &serde_json::Value| match value {
             serde_json::Value::String(text) => text.clone(),
@@ -121,6 +121,10 @@ impl Request {
         for (name, given) in files.map(|p| (p.name, p.value(&params))).collect::<Vec<_>>() {
             let found = gable_coordinator::resolve(&given, roots).map_err(|e| UsageError(format!("{name}: {e}")))?;
             params.set(name, &found.to_string_lossy())?;
+        }
+        if !params.output.formats.contains(&FOR_THE_VIEWER) {
+            params.output.formats.push(FOR_THE_VIEWER);
+            params.output.formats.sort_unstable();
         }
         // Rasters that are kept in memory are half of this; the rest is for the work itself.
         params.resources.memory = usize::try_from(memory / 2)?.clamp(256, defaults.resources.memory);

@@ -5,8 +5,8 @@ import { type Route, link } from '../router';
 import { Empty, Failure, Loading, useGet } from '../ui';
 import { Drop } from './drop';
 
-/// What jobs from here write besides the default formats, so that their city can be looked at.
-const FOR_THE_VIEWER = ['3dtiles', 'mesh-3dtiles'];
+/// What jobs from here write besides, so that their city can be compared with its mesh.
+const TO_COMPARE = 'mesh-3dtiles';
 /// What is for the workers to say.
 const NOT_FOR_JOBS = ['resources'];
 
@@ -34,7 +34,7 @@ function Form({ parameters, presets, route }: { parameters: Parameter[]; presets
     const value = chosen?.values[p.name] ?? p.default;
     if (p.name !== 'output.formats') return value;
     // In the order of the choices, as the boxes below have them.
-    const wanted = [...value.split(','), ...FOR_THE_VIEWER];
+    const wanted = [...value.split(','), ...(p.always ?? []), TO_COMPARE];
     return p.choices.filter((choice) => wanted.includes(choice)).join(',');
   };
   const submit = (event: SubmitEvent) => {
@@ -130,7 +130,9 @@ function Field({ parameter: p, value, changed, set }: { parameter: Parameter; va
     input = (
       <span class="choices" role="group" aria-label={short}>
         {p.choices.map((c) => (
-          <label class="row" key={c}><input type="checkbox" checked={on.includes(c)} onChange={(e) => turn(c, e.currentTarget.checked)} />{c}</label>
+          <label class="row" key={c} title={p.always?.includes(c) ? 'Always written: the viewer shows it' : undefined}>
+            <input type="checkbox" checked={on.includes(c)} disabled={p.always?.includes(c)} onChange={(e) => turn(c, e.currentTarget.checked)} />{c}
+          </label>
         ))}
       </span>
     );

@@ -25,9 +25,9 @@ export function View({ route }: { route: Route }) {
   const job = useGet<Job>(kind === 'jobs' ? `/jobs/${id}` : null, get);
   const error = code.error ?? current.error ?? job.error;
   if (error) return <Failure error={error} retry={() => location.reload()} />;
-  if (!code.Viewer || (ofCity && !current.value)) return <Loading what="the viewer" />;
+  if (!code.Viewer || (ofCity && !current.value) || (kind === 'jobs' && !job.value)) return <Loading what="the viewer" />;
   const generation = asked ? Number(asked) : current.value?.generation;
   if (kind === 'cities' && generation === undefined) return <Empty title="Nothing published yet">The first job of {id} that ends well publishes it.</Empty>;
-  const place = kind === 'jobs' ? jobPlace(id, job.value ? `${job.value.city}, job ${id.slice(-6)}` : '') : cityPlace(id, generation);
+  const place = kind === 'jobs' ? jobPlace(id, `${job.value!.city}, job ${id.slice(-6)}`, job.value!.city) : cityPlace(id, generation);
   return <code.Viewer key={place.list} place={place} back={link([kind, id])} route={route} />;
 }

@@ -176,6 +176,7 @@ export class Stage {
     this.lastPicture = time;
     this.dirty--;
     this.draw();
+    this.find();
     this.frames.push(time);
     if (this.frames.length > 300) this.frames.shift();
     let count = 0;
@@ -255,8 +256,8 @@ export class Stage {
     look(this.file);
   }
 
-  /// Shows a result at a LOD.
-  async show(place: ResultPlace, lod: Lod): Promise<void> {
+  /// Shows a result at a LOD; gives whether it has buildings.
+  async show(place: ResultPlace, lod: Lod): Promise<boolean> {
     const name = TILESETS[lod];
     const url = place.file(`3dtiles/${name}.json`);
     const tileset = await (await request(url)).json();
@@ -266,13 +267,19 @@ export class Stage {
     this.origin.fromArray(tileset.asset.extras?.origin ?? [0, 0, 0]);
     this.buildings = this.tiles(place, url, tileset.root.transform);
     this.buildings.addEventListener('load-model', ({ scene }) => this.prepare(scene, lod));
+    const holds = (root: any) => !!(root.content || root.children?.length);
+    const built = holds(tileset.root);
     if (this.extent.isEmpty()) {
-      const box: number[] = tileset.root.boundingVolume.box;
+      // Without a building, the ground is looked at.
+      const whole = built ? tileset : await (await request(place.file('3dtiles/tileset.json'))).json();
+      if (this.stopped) return built;
+      const box: number[] = whole.root.boundingVolume.box;
       const [centre, half] = [new Vector3(...box), new Vector3(box[3], box[7], box[11])];
       this.extent.set(centre.clone().sub(half), centre.clone().add(half));
       this.home();
     }
     this.redraw();
+    return built;
   }
 
   /// Resolves when the buildings that are to be seen are there.
@@ -351,20 +358,28 @@ export class Stage {
     const lines = new LineSegments(new EdgesGeometry(mesh.geometry, 20), EDGES);
     lines.raycast = () => {};
     mesh.add(lines);
-    if (this.wanted && this.chooseIn(mesh, this.wanted)) this.wanted = null;
+    this.find();
     this.redraw();
   }
 
-  /// Shows a CityJSON file in place of tiles.
-  showCityJson(city: any, lod: Lod) {
+  /// Shows CityJSON files in place of tiles, from where all their buildings are seen.
+  showCityJson(cities: any[], lod: Lod) {
     this.unchoose();
     this.clearFile();
     this.fileShown = true;
-    const { group, origin } = cityJsonScene(city, lod, this.extent.isEmpty() ? null : this.origin);
-    this.origin.copy(origin);
-    this.file.add(group);
-    this.extent.setFromObject(group);
-    this.meshes((mesh) => this.finish(mesh));
+    let from = this.extent.isEmpty() ? null : this.origin;
+    for (const city of cities) {
+      const { group, origin } = cityJsonScene(city, lod, from);
+      this.origin.copy(origin);
+      from = this.origin;
+      this.file.add(group);
+    }
+    this.extent.makeEmpty();
+    this.meshes((mesh) => {
+      this.extent.expandByObject(mesh);
+      this.finish(mesh);
+    });
+    if (this.extent.isEmpty()) this.extent.setFromObject(this.file);
     this.home();
   }
 
@@ -427,11 +442,26 @@ export class Stage {
     this.fly(target, 1.3 * Math.max(east - west, north - south), 0.77, 0.64);
   }
 
-  /// Chooses a building by its id as soon as it is there, and looks at it.
-  seek(id: string) {
+  /// Chooses a building by its id as soon as it is there, and looks at it. Gives whether it is among what is shown when all of that is there.
+  async seek(id: string): Promise<boolean> {
     this.wanted = id;
+    this.find();
+    if (!this.fileShown && this.wanted === id) {
+      await this.settled();
+      // What is asked for next is known with the next pictures.
+      await new Promise((resolve) => setTimeout(resolve, 500));
+      await this.settled();
+    }
+    this.find();
+    return this.wanted !== id;
+  }
+
+  /// Chooses the building that is sought, if it is there.
+  private find() {
+    const id = this.wanted;
+    if (id === null) return;
     this.meshes((mesh) => {
-      if (this.wanted && this.chooseIn(mesh, id)) this.wanted = null;
+      if (this.wanted === id && this.chooseIn(mesh, id)) this.wanted = null;
     });
   }
 
@@ -505,6 +535,31 @@ export class Stage {
       }
     });
     return found;
+  }
+
+  /// Where the middle of each building that is drawn is in the picture, from -1 to 1, by its id: what the tests look at.
+  drawn(): Record<string, [number, number]> {
+    const boxes = new Map<string, Box3>();
+    this.meshes((mesh) => {
+      const features = featuresOf(mesh)!;
+      const positions = mesh.geometry.getAttribute('position');
+      const standing = this.standing(mesh);
+      for (let i = 0; i < positions.count; i++) {
+        const id = String(features.buildings[features.ofBuilding[i]].id);
+        if (!boxes.has(id)) boxes.set(id, new Box3());
+        boxes.get(id)!.expandByPoint(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(standing));
+      }
+    });
+    const middle = (box: Box3): [number, number] => {
+      const at = box.getCenter(new Vector3()).project(this.camera);
+      return [at.x, at.y];
+    };
+    return Object.fromEntries([...boxes].map(([id, box]) => [id, middle(box)]));
+  }
+
+  /// The id of the building that is chosen, for the tests.
+  marked(): string | null {
+    return this.chosen;
   }
 
   /// Turns around the city for some seconds; gives the frames in each of them.

@@ -21,10 +21,16 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
   const [picked, setPicked] = useState<Picked | null>(null);
   const [state, setState] = useState({ loading: true, buildings: 0, mesh: 0 });
   const [border, setBorder] = useState(0.5);
+  /// How often something was shown, from the first time on, and what at last.
+  const [shows, setShows] = useState(0);
+  const [shownLod, setShownLod] = useState('');
+  const [missing, setMissing] = useState<string | null>(null);
+  const [note, setNote] = useState('');
   const lod = (route.query.get('lod') ?? 'auto') as Lod;
   const mode = (route.query.get('colour') ?? 'semantics') as Mode;
   const ground = route.query.get('ground') !== 'off';
   const source = route.query.get('file');
+  const building = route.query.get('building');
   const hasMesh = files?.some((f) => f.path === '3dtiles/mesh.json') ?? false;
   const compare = (hasMesh ? (route.query.get('compare') ?? 'model') : 'model') as Compare;
   const hasTiles = files?.some((f) => f.path === '3dtiles/tileset.json') ?? false;
@@ -60,27 +66,54 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
       stage.current = null;
     };
   }, []);
-  // Without 3D Tiles, the first tile with a CityJSON file is shown.
-  const file = source ?? (files && !hasTiles ? cityJson[0] : undefined);
+  // Results of before 3D Tiles were always written are shown from their CityJSON files.
+  const file = source ?? (files && !hasTiles && cityJson.length > 0);
   useEffect(() => {
-    if (!files || !stage.current) return;
-    setError(null);
-    if (file) {
-      request(place.file(file)).then((answer) => answer.json()).then((city) => stage.current?.showCityJson(city, lod)).catch(setError);
-      return;
-    }
-    if (!hasTiles) return;
-    const building = route.query.get('building');
-    const tile = route.query.get('tile');
-    stage.current.show(place, lod).then(async () => {
-      if (building) stage.current?.seek(building);
-      if (tile && !building) {
-        const index = await (await request(place.file('index.json'))).json();
-        const entry = index.tiles.find((t: { tile: number[] }) => t.tile.join('_') === tile);
+    if (!files || !stage.current || (!file && !hasTiles)) return;
+    let current = true;
+    const show = async () => {
+      const [paths, told] = source ? [[source], ''] : file ? await tilesToShow(place, files) : [[], ''];
+      const json = async (path: string) => (await request(place.file(path))).json();
+      if (file) {
+        const cities = await Promise.all(paths.map(json));
+        if (!current) return;
+        stage.current?.showCityJson(cities, lod);
+        setNote(told);
+      } else {
+        const built = await stage.current?.show(place, lod);
+        if (!current) return;
+        setNote(built === false ? 'No building was found in this city.' : '');
+        const tile = route.query.get('tile');
+        const entry = tile && !building && (await json('index.json')).tiles.find((t: { tile: number[] }) => t.tile.join('_') === tile);
         if (entry) stage.current?.lookAt(entry.bbox);
       }
-    }).catch(setError);
+      setState((old) => ({ ...old, loading: true, buildings: 0 }));
+      setShownLod(lod);
+      setShows((n) => n + 1);
+    };
+    setError(null);
+    show().catch((problem) => current && setError(problem));
+    return () => {
+      current = false;
+    };
   }, [files, file, lod]);
+  // The building that the address names: its surroundings are looked at, so that its tile is loaded, then it is chosen.
+  useEffect(() => {
+    setMissing(null);
+    if (!building || !shows) return;
+    let current = true;
+    const find = async () => {
+      const box = source ? undefined : await place.building(building);
+      if (!current || !stage.current) return;
+      if (box) stage.current.lookAt(box);
+      const found = box !== null && (await stage.current.seek(building));
+      if (current && !found && !box) setMissing(building);
+    };
+    find().catch((problem) => current && setError(problem));
+    return () => {
+      current = false;
+    };
+  }, [building, shows]);
   useEffect(() => {
     if (hasGround && !file) stage.current?.showGround(place, ground).catch(setError);
   }, [hasGround, ground, file]);
@@ -99,7 +132,8 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
     const chosen = (event.currentTarget as HTMLInputElement).files?.[0];
     if (!chosen) return;
     try {
-      stage.current?.showCityJson(JSON.parse(await chosen.text()), lod);
+      stage.current?.showCityJson([JSON.parse(await chosen.text())], lod);
+      setNote('');
       setError(null);
     } catch (problem) {
       setError(problem as Error);
@@ -113,7 +147,7 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
         <label class="row">
           Show
           <select aria-label="Show" value={source ?? ''} onChange={(e) => set({ file: e.currentTarget.value || undefined })}>
-            <option value="">{hasTiles ? 'whole city (3D Tiles)' : 'first tile'}</option>
+            <option value="">{hasTiles ? 'whole city (3D Tiles)' : 'tiles with buildings'}</option>
             {cityJson.map((path) => <option key={path} value={path}>{path.split('/').at(-1)}</option>)}
           </select>
         </label>
@@ -142,9 +176,19 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
         </span>
       </div>
       <div class="viewer-stage">
-        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The city in three dimensions, ${state.buildings} buildings loaded. Arrow keys move the view.`} data-loading={state.loading} data-buildings={state.buildings} data-mesh={state.mesh} data-lod={lod} />
+        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The city in three dimensions, ${state.buildings} buildings loaded. Arrow keys move the view.`} data-loading={state.loading} data-buildings={state.buildings} data-mesh={state.mesh} data-lod={shownLod} />
         {compare === 'swipe' && !file && <Swipe border={border} move={setBorder} />}
         {error && <div class="over"><Failure error={error} retry={() => location.reload()} /></div>}
+        {missing && !error && (
+          <div class="over">
+            <div class="failure" role="alert">
+              <strong>There is no building {missing} here</strong>
+              <p>{source ? 'The file that is shown has no building of this id.' : 'This result has no building of this id: a later or an earlier generation of the city may have it.'}</p>
+              <button onClick={() => set({ building: undefined })}>Look at the whole city</button>
+            </div>
+          </div>
+        )}
+        {note && !error && <p class="viewer-note" role="status">{note}</p>}
         {!files && !error && <div class="over"><Loading what="the city" /></div>}
         {files && !hasTiles && !cityJson.length && <div class="over"><Failure error={new Error('This result has neither 3D Tiles nor CityJSON: submit the job again with one of these formats.')} /></div>}
         <Key mode={mode} buildings={state.buildings} loading={state.loading} compare={file ? 'model' : compare} />
@@ -152,6 +196,22 @@ export function Viewer({ place, back, route }: { place: ResultPlace; back: strin
       </div>
     </div>
   );
+}
+
+/// Most bytes of CityJSON that are shown at a time.
+const MOST_JSON = 60e6;
+
+/// The CityJSON files of the tiles with most buildings, as many as a browser can show; and what to say if those are not all.
+async function tilesToShow(place: ResultPlace, files: ResultFile[]): Promise<[string[], string]> {
+  const size = new Map(files.filter((f) => f.path.endsWith('.city.json')).map((f) => [f.path, f.bytes]));
+  const index = size.size > 0 && files.some((f) => f.path === 'index.json') ? await (await request(place.file('index.json'))).json() : { tiles: [] };
+  const tiles = index.tiles as { buildings: number; files: string[] }[];
+  const built = tiles.filter((t) => t.buildings > 0).sort((a, b) => b.buildings - a.buildings).flatMap((t) => t.files.filter((f) => size.has(f)));
+  const all = built.length ? built : [...size.keys()];
+  let bytes = 0;
+  const shown = all.filter((path, i) => (bytes += size.get(path)!) <= MOST_JSON || i === 0);
+  const rest = shown.length < all.length ? `${shown.length} of ${all.length} tiles are shown. ` : '';
+  return [shown, `${rest}This result has no 3D Tiles: the same job, submitted again, writes them.`];
 }
 
 const COMPARE_NAMES: Record<Compare, string> = { model: 'Model', mesh: 'Mesh', both: 'Both', swipe: 'Swipe' };
