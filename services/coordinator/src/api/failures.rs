@@ -41,7 +41,7 @@ pub(crate) struct FailedUnitView {
 pub(super) fn grouped(tasks: &[Task]) -> Vec<FailureView> {
     let mut groups: Vec<(String, FailureView)> = Vec::new();
     for task in tasks.iter().filter(|task| task.state == TaskState::Failed) {
-        let reason = task.reason.as_deref().unwrap_or("no reason is known");
+        let reason = task.reason.as_deref().filter(|r| !r.is_empty()).unwrap_or("no reason is known");
         let form = form(reason);
         let kind = kind_of(task.stage);
         let unit =
