@@ -5,6 +5,7 @@ mod buildings;
 mod caller;
 mod cities;
 mod city_files;
+mod completion;
 mod dashboard;
 mod events;
 mod failures;
@@ -116,7 +117,7 @@ fn upload_routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(parts::open, parts::list))
         .routes(routes!(parts::show, parts::abort))
         .routes(routes!(parts::put))
-        .routes(routes!(parts::complete));
+        .routes(routes!(completion::complete));
     with_refusals(OpenApiRouter::new().nest("/api/v1", v1))
 }
 
