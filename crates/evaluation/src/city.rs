@@ -73,7 +73,7 @@ impl<'a> Object<'a> {
 
 /// The ground that a building stands on: its LOD0 footprint, else the ground surfaces of LOD2 or LOD1, else its LOD0 roof edge,
 /// else whatever lies under its LOD2.
-fn footprint(building: &Building, shift: DVec3) -> Region {
+pub(crate) fn footprint(building: &Building, shift: DVec3) -> Region {
     let lods = &building.lods;
     let ground = |shells: &[Shell]| region(shells, shift, |s| s == Semantic::GroundSurface);
     let any = |shells: &[Shell]| region(shells, shift, |_| true);

@@ -24,6 +24,20 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A file of outlines drawn by hand is not what it should be.
+    #[error("{file}: {what}")]
+    Outlines {
+        /// Its name.
+        file: String,
+        /// What is wrong, and where.
+        what: String,
+    },
+    /// Nothing can be judged.
+    #[error("the mesh has no surface in the judged area; are mesh and outlines in the same frame?")]
+    Apart,
+    /// A judged area that memory does not hold.
+    #[error("the judged area has more than 15 km²; limit it by polygons of the class area")]
+    TooLarge,
     /// A picture of the report could not be made.
     #[error("cannot encode a picture of the report: {0}")]
     Picture(#[from] image::ImageError),

@@ -14,6 +14,7 @@ mod labels;
 mod objects;
 mod picture;
 mod planes;
+pub mod real;
 mod region;
 mod regularity;
 mod report;
