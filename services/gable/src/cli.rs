@@ -323,16 +323,22 @@ Examples:
   gable bench block --rows default,planes --tuning --json
   gable bench block --variants --grids --one-thread
   gable bench district --leave-out \"district:zhu2018=an hour of modelling\" --write tests/benchmarks
+  gable bench real --write tests/benchmarks
+  gable bench real --only yard,farm --keep
+  gable bench real --tuning --set segmentation.tree_weight=2
 
 Scenes: house 0.01, block 0.048, district 1.38, city 12.2 km². Rows: default, zhu2018 (the published method), and the
 oracles, which are fed with truth: labels; footprints; planes (with footprints). What a stage loses is the
-difference between two rows. Every step is a process of its own, whose time and peak memory are told.";
+difference between two rows. Every step is a process of its own, whose time and peak memory are told.
+
+The scene `real` stands for all real meshes that scenes.json in the folder of --outlines names, as far as they are among the
+test data, against outlines drawn by hand; a picture of each shows what was drawn and what was found.";
 
 /// Arguments of `gable bench`.
 #[derive(Debug, Args)]
 #[command(after_help = BENCH_HELP)]
 pub(crate) struct BenchArgs {
-    /// Scenes: house, block, district, city; give at least one
+    /// Scenes: house, block, district, city; give at least one. Or real, which stands by itself
     #[arg(required = true)]
     pub(crate) scenes: Vec<String>,
     /// Rows, joined by commas; all if not given
@@ -356,7 +362,7 @@ pub(crate) struct BenchArgs {
     /// Besides, the default row on one thread
     #[arg(long)]
     pub(crate) one_thread: bool,
-    /// Other seeds: those that may be tuned on
+    /// Other seeds: those that may be tuned on; of real, the half that may be tuned on
     #[arg(long)]
     pub(crate) tuning: bool,
     /// Faces for each m² of ground
@@ -374,6 +380,18 @@ pub(crate) struct BenchArgs {
     /// Keep scenes and results
     #[arg(long)]
     pub(crate) keep: bool,
+    /// Of real: these meshes, joined by commas; all if not given
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+    /// Of real: the folder of the meshes
+    #[arg(long, value_name = "DIR", env = "GABLE_TEST_DATA", default_value = "../shared/data")]
+    pub(crate) data: PathBuf,
+    /// Of real: the folder of scenes.json and the outlines
+    #[arg(long, value_name = "DIR", default_value = "tests/real")]
+    pub(crate) outlines: PathBuf,
+    /// Of real: the name of the row, under which the table keeps it
+    #[arg(long, value_name = "NAME", default_value = "today")]
+    pub(crate) row: String,
     /// Print the records as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,

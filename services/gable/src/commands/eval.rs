@@ -117,7 +117,7 @@ fn labels(truth: &Path, result: &Path) -> anyhow::Result<Option<(usize, usize, f
 }
 
 /// The city model in a file, or in a folder of a truth or a result.
-fn read(path: &Path) -> anyhow::Result<CityModel> {
+pub(super) fn read(path: &Path) -> anyhow::Result<CityModel> {
     let reading = read_cityjson(&model_file(path)?, &ReadOptions::default())?;
     for note in &reading.notes {
         tracing::info!("{}: {note}", path.display());

@@ -2,6 +2,8 @@
 //!
 //! Each step is a child process of this program, so that times and peak memory are its own.
 
+mod page;
+mod real;
 mod record;
 mod steps;
 mod table;
@@ -65,6 +67,9 @@ const VARIANTS: [Variant; 5] = [
 
 /// Runs the scenes.
 pub(crate) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
+    if args.scenes.iter().any(|s| s == real::NAME) {
+        return real::run(args, quiet);
+    }
     let scenes = chosen(&args.scenes, &SCENES.map(|s| s.name), "scene")?;
     let rows = chosen(&args.rows, &ROWS.map(|r| r.name), "row")?;
     let left_out = args.leave_out.iter().map(|text| left_out(text)).collect::<Result<Vec<_>, _>>()?;

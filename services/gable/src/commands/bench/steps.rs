@@ -30,7 +30,7 @@ pub(super) struct Made {
 }
 
 impl Bench<'_> {
-    fn tell(&self, text: &str) {
+    pub(super) fn tell(&self, text: &str) {
         if !self.quiet {
             terminal::stderr_line(text);
         }
@@ -124,9 +124,9 @@ impl Bench<'_> {
             sensing: made.sensing,
             mesh_faces: made.faces,
             area_km2: made.area_km2,
-            date: date(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs())),
-            cores: std::thread::available_parallelism().map_or(1, usize::from),
-            build: if cfg!(debug_assertions) { "debug" } else { "release" }.to_owned(),
+            date: today(),
+            cores: cores(),
+            build: BUILD.to_owned(),
             synth: made.cost,
             eval_seconds,
             figures: record::figures(&figures)?,
@@ -177,7 +177,7 @@ impl Bench<'_> {
         self.child(scene.name, &arguments)
     }
 
-    fn remove(&self, folder: &Path) -> anyhow::Result<()> {
+    pub(super) fn remove(&self, folder: &Path) -> anyhow::Result<()> {
         if folder.exists() {
             std::fs::remove_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
@@ -185,7 +185,7 @@ impl Bench<'_> {
     }
 
     /// Runs this program with other arguments; its progress goes where ours goes.
-    fn child(&self, scene: &str, arguments: &[&str]) -> anyhow::Result<Value> {
+    pub(super) fn child(&self, scene: &str, arguments: &[&str]) -> anyhow::Result<Value> {
         let mut command = Command::new(&self.program);
         command.args(arguments).stdin(Stdio::null()).stderr(Stdio::inherit());
         if self.quiet {
@@ -207,6 +207,19 @@ fn kept(note: &Path, arguments: &[&str]) -> anyhow::Result<Option<Value>> {
     let text = std::fs::read(note).with_context(|| note.display().to_string())?;
     let mut made: Value = serde_json::from_slice(&text).with_context(|| note.display().to_string())?;
     Ok((made["arguments"] == serde_json::json!(arguments)).then(|| made["report"].take()))
+}
+
+/// Profile of this program.
+pub(super) const BUILD: &str = if cfg!(debug_assertions) { "debug" } else { "release" };
+
+/// Cores that this program may use.
+pub(super) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The day of today (UTC), as year-month-day.
+pub(super) fn today() -> String {
+    date(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs()))
 }
 
 /// The day of a time in seconds since 1970 (UTC), as year-month-day.

@@ -1,18 +1,11 @@
 //! The table of the benchmark, at the terminal and in a page whose other text stays.
 
+use super::page::{self, Place};
 use super::record::{Entry, Record};
-use anyhow::Context as _;
-use std::fmt::Write as _;
 use std::path::Path;
 
-/// What stands in the page between these lines belongs to the command.
-const BEGIN: &str = "<!-- gable bench: begin -->";
-const END: &str = "<!-- gable bench: end -->";
-
-/// Records of all scenes that were ever run, beside the page.
-const RECORDS: &str = "records.json";
-
-const PAGE: &str = "# Benchmark\n";
+const PLACE: Place =
+    Place { records: "records.json", begin: "<!-- gable bench: begin -->", end: "<!-- gable bench: end -->" };
 
 /// A row of one of the tables: names first. A row that was left out has its reason in the first cell after them.
 fn row(entry: &Entry, width: usize, cells: impl Fn(&Record) -> Vec<String>) -> Vec<String> {
@@ -173,63 +166,25 @@ pub(crate) fn text(entries: &[Entry]) -> String {
 }
 
 fn markdown(entries: &[Entry]) -> String {
-    let mut out = String::new();
-    let mut table = |title: &str, rows: Vec<Vec<String>>| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "{title}\n");
-        for (i, row) in rows.iter().enumerate() {
-            let _ = writeln!(out, "| {} |", row.join(" | "));
-            if i == 0 {
-                let _ = writeln!(out, "|{}", "---|".repeat(row.len()));
-            }
-        }
-        out.push('\n');
-    };
     let [own, variants] = parted(entries);
-    table("Quality:", quality(&own));
-    table("Wall and core seconds of each stage, time and memory:", costs(&own));
+    let mut out = page::markdown("Quality:", &quality(&own));
+    out += &page::markdown("Wall and core seconds of each stage, time and memory:", &costs(&own));
     if !variants.is_empty() {
-        table("Variants of a scene, default row, quality:", quality(&variants));
-        table("Variants of a scene, default row, time and memory:", costs(&variants));
+        out += &page::markdown("Variants of a scene, default row, quality:", &quality(&variants));
+        out += &page::markdown("Variants of a scene, default row, time and memory:", &costs(&variants));
     }
-    table("Scenes and machines:", scenes(&entries.iter().collect::<Vec<_>>()));
-    out
+    out + &page::markdown("Scenes and machines:", &scenes(&entries.iter().collect::<Vec<_>>()))
 }
 
 /// Puts an entry among those of a folder, in place of an earlier one of the same scene, row and variant, and makes the tables of the
 /// folder's `README.md` anew.
 pub(crate) fn write(folder: &Path, entry: &Entry) -> anyhow::Result<()> {
-    let place = |path: &Path| path.display().to_string();
-    std::fs::create_dir_all(folder).with_context(|| place(folder))?;
-    let kept = folder.join(RECORDS);
-    let mut records: Vec<Entry> = match std::fs::read_to_string(&kept) {
-        Ok(text) => serde_json::from_str(&text).with_context(|| place(&kept))?,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-        Err(e) => return Err(e).with_context(|| place(&kept)),
+    let put = |entries: &mut Vec<Entry>| {
+        entries.retain(|e| e.key() != entry.key());
+        entries.push(entry.clone());
+        entries.sort_by_key(Entry::order);
     };
-    records.retain(|r| r.key() != entry.key());
-    records.push(entry.clone());
-    records.sort_by_key(Entry::order);
-    let page = folder.join("README.md");
-    let old = match std::fs::read_to_string(&page) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => PAGE.to_owned(),
-        read => read.with_context(|| place(&page))?,
-    };
-    let new = replaced(&old, &markdown(&records)).with_context(|| place(&page))?;
-    std::fs::write(&kept, serde_json::to_string_pretty(&records)? + "\n").with_context(|| place(&kept))?;
-    std::fs::write(&page, new).with_context(|| place(&page))
-}
-
-/// The page with other tables; they come at its end where it has none.
-fn replaced(page: &str, tables: &str) -> anyhow::Result<String> {
-    let tables = format!("{BEGIN}\n\n{tables}{END}");
-    match (page.find(BEGIN), page.find(END)) {
-        (Some(begin), Some(end)) if begin < end => {
-            Ok(format!("{}{tables}{}", &page[..begin], &page[end + END.len()..]))
-        }
-        (None, None) => Ok(format!("{}\n\n{tables}\n", page.trim_end())),
-        _ => anyhow::bail!("one of the lines {BEGIN:?} and {END:?} is missing"),
-    }
+    page::change(folder, &PLACE, put, markdown)
 }
 
 #[cfg(test)]
@@ -315,8 +270,8 @@ mod tests {
         let widths: Vec<usize> =
             text.lines().filter(|l| l.contains("| house |")).map(|l| l.matches('|').count()).collect();
         assert_eq!((widths[0], widths[2]), (widths[1], widths[3]), "as wide as its table: {text}");
-        std::fs::write(folder.path().join("README.md"), BEGIN).unwrap();
+        std::fs::write(folder.path().join("README.md"), PLACE.begin).unwrap();
         assert!(write(folder.path(), &record("house", 0, 1.0, None)).is_err(), "a page with half a mark is left alone");
-        assert_eq!(page(), BEGIN);
+        assert_eq!(page(), PLACE.begin);
     }
 }
