@@ -4,7 +4,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_geometry::Counter;
 use gable_ortho::{GridWindow, Raster};
 use gable_segmentation::{
-    CoarseHeights, FeatureSet, Model, Orthograph, SegmentParams, Terrain, TerrainParams, for_each_feature, segment,
+    CoarseHeights, FeatureSet, Model, Orthograph, SegmentParams, Terrain, for_each_feature, segment,
 };
 use std::hint::black_box;
 
@@ -56,7 +56,7 @@ fn benchmarks(c: &mut Criterion) {
     let ground = || {
         let mut coarse = CoarseHeights::new(CoarseHeights::CELL);
         coarse.accumulate(&height);
-        Terrain::from_coarse(&coarse, &TerrainParams::default()).raster(WINDOW)
+        Terrain::from_coarse(&coarse).unwrap().raster(WINDOW)
     };
     let terrain = ground();
 

@@ -6,7 +6,7 @@ use gable_geometry::Box2;
 use gable_ortho::{GridWindow, Raster};
 
 /// Samples a cell keeps: the pixels at the centres of its 4 × 4 parts.
-const SIDE: usize = 4;
+pub(crate) const SIDE: usize = 4;
 
 /// Cells along the edge of a tile of the store.
 const TILE: i64 = 64;
@@ -20,15 +20,6 @@ const TILE: i64 = 64;
 pub struct CoarseHeights {
     cell: f64,
     tiles: BTreeMap<(i64, i64), Vec<[f32; SIDE * SIDE]>>,
-}
-
-/// The low heights of the cells of one window.
-#[derive(Clone, Debug)]
-pub(crate) struct LowHeights {
-    /// The second lowest sample of each cell, so that one spike cannot ruin it; NaN where there are none.
-    pub(crate) low: Raster<f32>,
-    /// The lower quartile of the samples.
-    pub(crate) quartile: Raster<f32>,
 }
 
 impl CoarseHeights {
@@ -136,22 +127,13 @@ impl CoarseHeights {
         GridWindow::covering(bounds, self.cell)
     }
 
-    pub(crate) fn low_heights(&self, window: GridWindow) -> LowHeights {
-        let mut out = LowHeights { low: Raster::filled(window, f32::NAN), quartile: Raster::filled(window, f32::NAN) };
-        for (&(tj, ti), cells) in &self.tiles {
-            for (k, cell) in cells.iter().enumerate() {
-                let (i, j) = (ti * TILE + k as i64 % TILE - window.x0, tj * TILE + k as i64 / TILE - window.y0);
-                if i < 0 || j < 0 || i as usize >= window.width || j as usize >= window.height {
-                    continue;
-                }
-                let mut sorted: Vec<f32> = cell.iter().copied().filter(|v| !v.is_nan()).collect();
-                if sorted.is_empty() {
-                    continue;
-                }
-                sorted.sort_by(f32::total_cmp);
-                let at = (i as usize, j as usize);
-                out.low[at] = sorted[1.min(sorted.len() - 1)];
-                out.quartile[at] = sorted[sorted.len() / 4];
+    /// The samples of each cell of a window, row by row; NaN where there is none.
+    pub(crate) fn samples(&self, window: GridWindow) -> Vec<[f32; SIDE * SIDE]> {
+        let mut out = vec![[f32::NAN; SIDE * SIDE]; window.len()];
+        for (column, row, samples) in self.cells() {
+            let (x, y) = (column - window.x0, row - window.y0);
+            if x >= 0 && y >= 0 && (x as usize) < window.width && (y as usize) < window.height {
+                out[y as usize * window.width + x as usize] = *samples;
             }
         }
         out
@@ -208,16 +190,5 @@ mod tests {
         let mut again = CoarseHeights::new(2.0);
         parts.cells().for_each(|(column, row, samples)| again.add_cell(column, row, samples));
         assert_eq!(format!("{:?}", whole.tiles), format!("{:?}", again.tiles));
-    }
-
-    #[test]
-    fn one_spike_does_not_ruin_a_cell() {
-        let window = GridWindow { step: 0.2, x0: 0, y0: 0, width: 10, height: 10 };
-        let mut raster = Raster::filled(window, 5.0_f32);
-        raster[(1, 1)] = -40.0;
-        let mut store = CoarseHeights::new(2.0);
-        store.accumulate(&raster);
-        let low = store.low_heights(store.window());
-        assert_eq!((low.low.values(), low.quartile.values()), (&[5.0_f32][..], &[5.0_f32][..]));
     }
 }

@@ -42,7 +42,7 @@ pub use orthograph::Orthograph;
 pub use saturation::{GreenExcess, saturated};
 pub use segment::{Method, SegmentParams, Segmentation, segment};
 pub use stumps::{Classifier, Model, Plants, Stump};
-pub use terrain::{Terrain, TerrainParams};
+pub use terrain::Terrain;
 pub use training::{
     LabelledRaster, PlantScores, Score, TrainOptions, TrainReport, UNKNOWN, evaluate, labelled_image, train,
 };

@@ -60,16 +60,16 @@ pub fn noise(heights: &CoarseHeights, terrain: &Terrain) -> f64 {
 }
 
 /// The least-squares plane of a cell's samples.
-struct Fit {
+pub(crate) struct Fit {
     mean: f64,
     /// Metres for each sample.
     slope: f64,
     /// Rms distance in z, of the degrees of freedom that a plane leaves.
-    residual: f64,
+    pub(crate) residual: f64,
 }
 
 /// `None` if a sample is missing.
-fn fit(samples: &[f32; 16]) -> Option<Fit> {
+pub(crate) fn fit(samples: &[f32; 16]) -> Option<Fit> {
     // Σ x² over a square of four by four samples around its middle.
     const SPREAD: f64 = 20.0;
     let mean = samples.iter().map(|z| f64::from(*z)).sum::<f64>() / 16.0;
@@ -88,7 +88,6 @@ fn fit(samples: &[f32; 16]) -> Option<Fit> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terrain::TerrainParams;
     use gable_geometry::Counter;
     use gable_ortho::{GridWindow, Raster};
 
@@ -109,7 +108,7 @@ mod tests {
         };
         let mut heights = CoarseHeights::new(2.0);
         heights.accumulate(&Raster::new(window, (0..window.len()).map(height).collect()));
-        noise(&heights, &Terrain::from_coarse(&heights, &TerrainParams::default()))
+        noise(&heights, &Terrain::from_coarse(&heights).unwrap())
     }
 
     #[test]

@@ -255,7 +255,7 @@ impl<'a> Labeller<'a> {
             normal: &maps.normal,
         };
         let ground = match context.params.segmentation.terrain {
-            TerrainModel::Surface => terrain.raster(window),
+            TerrainModel::Surface => terrain.under(&maps.height),
             TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
         };
         let found = gable_segmentation::segment(&input, &ground, &self.model, &self.params);

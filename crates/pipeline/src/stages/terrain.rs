@@ -7,7 +7,7 @@ use crate::failure::{Failures, guarded, is_local};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
 use gable_ortho::Orthograph;
-use gable_segmentation::{CoarseHeights, GreenExcess, Terrain, TerrainParams, noise};
+use gable_segmentation::{CoarseHeights, GreenExcess, Terrain, noise};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -21,10 +21,15 @@ pub(crate) struct Survey {
 }
 
 /// The ground of a city, and what its flight is like, from the counts of all its parts.
-pub(crate) fn whole(heights: &CoarseHeights, green: &GreenExcess, coloured: bool) -> (Terrain, Survey) {
-    let ground = Terrain::from_coarse(heights, &TerrainParams::default());
+pub(crate) fn whole(
+    context: &Context<'_>,
+    heights: &CoarseHeights,
+    green: &GreenExcess,
+    coloured: bool,
+) -> Result<(Terrain, Survey), PipelineError> {
+    let ground = Terrain::from_coarse(heights).map_err(|e| context.failed(Stage::Terrain, "the whole city", e))?;
     let survey = Survey { saturation: coloured.then(|| f64::from(green.saturation())), noise: noise(heights, &ground) };
-    (ground, survey)
+    Ok((ground, survey))
 }
 
 /// Tiles that are counted at a time.
@@ -76,7 +81,7 @@ pub(crate) fn terrain(
         }
     }
     ortho.leave_out(&lost);
-    Ok(whole(&coarse, &green, coloured))
+    whole(context, &coarse, &green, coloured)
 }
 
 fn name(tile: &MosaicTile) -> String {

@@ -47,7 +47,7 @@ pub(super) fn terrain(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         ));
     }
     let coloured = run::is_coloured(&only);
-    let (ground, survey) = whole(&heights, &green, coloured);
+    let (ground, survey) = whole(context, &heights, &green, coloured)?;
     let cells = ground.heights().window();
     artefact::create_dir(&folder.join("terrain"))?;
     let mut made = terrain_file::write(folder, &ground)?;

@@ -1,0 +1,99 @@
+//! What speaks against a place that the cut took for ground.
+//!
+//! A roof terrace between higher roofs, and a gap between crowns that does not reach the ground, are closed in by steps *down*, as a
+//! court is. What lies around the roofs and the crowns tells them apart: there the ground is lower.
+
+use super::cells::Cells;
+use super::cut::wall_in_ground;
+use super::enclosure::STEP;
+use crate::distance::squared_distance;
+use crate::fill::fill_missing;
+use crate::roughness::box_mean;
+
+/// How far one looks across an object, metres.
+const REACH: f64 = 60.0;
+
+/// Difference in height across an object that needs no reason, metres, and slope that needs none (rise over run).
+const FREE_ACROSS: f32 = 1.0;
+const SLOPE_ACROSS: f32 = 0.25;
+
+/// Side of the window over which the ground's own slope is smoothed, metres.
+const TREND: f64 = 62.0;
+
+/// Area from which a place of ground needs no other to agree with it, m².
+const SMALL: f64 = 400.0;
+
+/// Height of a small place over the continued ground that needs no reason, metres, and slope that needs none.
+const FREE_SMALL: f32 = 2.0;
+const SLOPE_SMALL: f32 = 0.5;
+
+/// Sweeps of the continuation.
+const SWEEPS: usize = 20;
+
+/// What it costs each cell to be ground, as in [`super::cut`], because ground around it is lower. O(cells).
+pub(super) fn against_ground(cells: &Cells, ground: &[bool]) -> Vec<f32> {
+    let mut cost = vec![0.0; ground.len()];
+    across_objects(cells, ground, &mut cost);
+    over_continued_ground(cells, ground, &mut cost);
+    cost
+}
+
+/// Along rows and columns: ground that is higher than other ground beyond an object, by more than the slope of the place makes.
+fn across_objects(cells: &Cells, ground: &[bool], cost: &mut [f32]) {
+    let (width, height) = (cells.window.width, cells.window.height);
+    let radius = (TREND / cells.window.step / 2.0) as usize;
+    let continued = continued(cells, ground);
+    let trend = box_mean(&continued, width, height, radius);
+    let trend = box_mean(&trend, width, height, radius);
+    for y in 0..height {
+        along(cells, ground, &trend, (0..width).map(|x| y * width + x), cost);
+    }
+    for x in 0..width {
+        along(cells, ground, &trend, (0..height).map(|y| y * width + x), cost);
+    }
+}
+
+fn along(cells: &Cells, ground: &[bool], trend: &[f32], line: impl Iterator<Item = usize>, cost: &mut [f32]) {
+    let step = cells.window.step as f32;
+    let mut last: Option<(usize, usize)> = None;
+    for (at, i) in line.enumerate().filter(|(_, i)| ground[*i]) {
+        if let Some((before, j)) = last
+            && at - before > 1
+            && ((at - before) as f64) * cells.window.step <= REACH
+        {
+            let rise = (cells.middle[i] - trend[i]) - (cells.middle[j] - trend[j]);
+            let excess = rise.abs() - FREE_ACROSS - SLOPE_ACROSS * (at - before) as f32 * step;
+            if excess > 0.0 {
+                cost[if rise > 0.0 { i } else { j }] += step * wall_in_ground(excess);
+            }
+        }
+        last = Some((at, i));
+    }
+}
+
+/// Small places of ground that lie high over what the large ones around them continue to.
+fn over_continued_ground(cells: &Cells, ground: &[bool], cost: &mut [f32]) {
+    let (width, height, step) = (cells.window.width, cells.window.height, cells.window.step as f32);
+    let surfaces = cells.surfaces(ground, STEP);
+    let is_large = |number: &Option<u32>| number.is_some_and(|n| cells.area(surfaces.sizes[n as usize]) >= SMALL);
+    let large: Vec<bool> = surfaces.number.iter().map(is_large).collect();
+    if !large.contains(&true) {
+        return;
+    }
+    let continued = continued(cells, &large);
+    let distance = squared_distance(&large, width, height, false);
+    for i in (0..ground.len()).filter(|&i| ground[i] && !large[i]) {
+        let excess = cells.middle[i] - continued[i] - FREE_SMALL - SLOPE_SMALL * step * distance[i].sqrt();
+        if excess > 0.0 {
+            cost[i] += step * wall_in_ground(excess);
+        }
+    }
+}
+
+/// The heights of a part of the cells, continued smoothly over all others.
+fn continued(cells: &Cells, part: &[bool]) -> Vec<f32> {
+    let heights = cells.middle.iter().zip(part);
+    let mut heights: Vec<f32> = heights.map(|(z, part)| if *part { *z } else { f32::NAN }).collect();
+    fill_missing(&mut heights, cells.window.width, cells.window.height, SWEEPS);
+    heights
+}

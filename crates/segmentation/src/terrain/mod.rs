@@ -1,0 +1,306 @@
+//! The ground surface of a city, from the low heights of coarse cells.
+//!
+//! The paper takes one height for a block (Zhu 2018, Eq. 3), which fails on slopes and is ruined by one spike below ground
+//! (that rule is kept in [`crate::segment`] as the baseline). Here the ground is a surface:
+//!
+//! 1. `cells`: heights and roughness of each cell, and what rises steeply between it and the next. A difference counts as steep from a
+//!    slope of 45° on, so that hillsides, banks and ramps do not count and walls do.
+//! 2. `rim`: what hangs down at the rim of the mesh is left out.
+//! 3. `enclosure`: smooth surfaces, and which of them encloses which.
+//! 4. `cut`: ground or object for all cells at once, by a minimum cut. An object is what is closed in by steps up from the ground.
+//! 5. `doubt`: what was taken for ground and stands high over the ground around it is put to the cut again.
+//! 6. `pits`: small hollows in the ground are bridged.
+//! 7. Between ground cells the surface is a smooth continuation (Laplace's equation), under buildings and trees too.
+//!
+//! All of it works on the cells of the absolute lattice, for the city as a whole: nothing depends on blocks. There is no trend and no
+//! window that a scene could be too small for, and one low place decides nothing but itself.
+
+use gable_geometry::DVec2;
+use gable_ortho::{GridWindow, Raster};
+
+use crate::Error;
+use crate::coarse_heights::CoarseHeights;
+use crate::fill::{bilinear, fill_missing};
+
+mod cells;
+mod cut;
+mod doubt;
+mod enclosure;
+mod pits;
+mod rim;
+
+/// Rounds of the cut: the later ones know the ground that the one before found.
+const ROUNDS: usize = 4;
+
+/// A cell's quartile is nearer to the ground's middle than its low statistic; where they differ by more than this, metres, the cell
+/// is not all ground.
+const MIXED: f32 = 0.5;
+
+/// Sweeps of the continuation under objects, on each level.
+const SWEEPS: usize = 40;
+
+/// Slope between the centres of cells from which ground has a step there (a retaining wall, a quay).
+const STEP_SLOPE: f64 = 1.1;
+
+/// How far over the upper side of a step a surface still belongs to it, metres.
+const OVER_STEP: f32 = 1.0;
+
+/// A ground surface: heights at the centres of cells, bilinear between them.
+#[derive(Clone, Debug)]
+pub struct Terrain {
+    heights: Raster<f32>,
+    ground: Raster<bool>,
+}
+
+impl Terrain {
+    /// The ground under the gathered heights; without any, a plane at height 0.
+    ///
+    /// Cost: O(cells log cells).
+    ///
+    /// # Errors
+    /// If the minimum cut refuses its input, which no heights lead to.
+    pub fn from_coarse(coarse: &CoarseHeights) -> Result<Self, Error> {
+        let window = coarse.window();
+        if window.is_empty() {
+            let window = GridWindow { width: 1, height: 1, ..window };
+            return Ok(Self { heights: Raster::filled(window, 0.0), ground: Raster::filled(window, false) });
+        }
+        let cells = cells::Cells::of(coarse);
+        let hanging = rim::hanging(&cells);
+        let usable: Vec<bool> = cells.seen.iter().zip(&hanging).map(|(seen, hangs)| *seen && !hangs).collect();
+        let enclosures = enclosure::Enclosures::of(&cells, &usable);
+        let mut against_ground = vec![0.0; usable.len()];
+        let mut round = 1;
+        let mut ground: Vec<bool> = loop {
+            let objects = cut::objects(&cells, &usable, &enclosures, &against_ground)?;
+            let ground: Vec<bool> = usable.iter().zip(&objects).map(|(usable, object)| *usable && !object).collect();
+            if round == ROUNDS {
+                break ground;
+            }
+            against_ground = doubt::against_ground(&cells, &ground);
+            round += 1;
+        };
+        pits::leave_out(&cells, &mut ground);
+        let mut surface = vec![f32::NAN; ground.len()];
+        for i in (0..ground.len()).filter(|&i| ground[i]) {
+            surface[i] = if cells.quartile[i] - cells.low[i] < MIXED { cells.quartile[i] } else { cells.low[i] };
+        }
+        if !ground.contains(&true) {
+            // A roof that fills the scene: its lowest place is all that is known of the ground.
+            let lowest = cells.low.iter().copied().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+            surface.fill(if lowest.is_finite() { lowest } else { 0.0 });
+        }
+        fill_missing(&mut surface, window.width, window.height, SWEEPS);
+        Ok(Self { heights: Raster::new(window, surface), ground: Raster::new(window, ground) })
+    }
+
+    /// A surface from heights at the centres of cells; NaN where nobody will ask for the surface.
+    #[must_use]
+    pub fn from_heights(heights: Raster<f32>) -> Self {
+        let ground = heights.map(|_| true);
+        Self { heights, ground }
+    }
+
+    /// The same height everywhere: the block constant of the paper.
+    #[must_use]
+    pub fn constant(height: f32) -> Self {
+        let window = GridWindow { step: CoarseHeights::CELL, x0: 0, y0: 0, width: 1, height: 1 };
+        Self::from_heights(Raster::filled(window, height))
+    }
+
+    /// Heights at the centres of the cells.
+    #[must_use]
+    pub fn heights(&self) -> &Raster<f32> {
+        &self.heights
+    }
+
+    /// Cells where ground was seen; elsewhere the surface is a continuation.
+    #[must_use]
+    pub fn ground(&self) -> &Raster<bool> {
+        &self.ground
+    }
+
+    /// Height of the ground at a place, local metres; continued flat beyond the border.
+    #[must_use]
+    pub fn height(&self, p: DVec2) -> f64 {
+        let window = self.heights.window();
+        let x = p.x / window.step - window.x0 as f64 - 0.5;
+        let y = p.y / window.step - window.y0 as f64 - 0.5;
+        f64::from(bilinear(self.heights.values(), window.width, window.height, x as f32, y as f32))
+    }
+
+    /// Heights of the ground under a surface, at the centres of its pixels.
+    ///
+    /// Beside a step in the ground (a retaining wall, a quay) cells are too coarse to tell on which side of it a pixel lies; its own
+    /// height tells: what lies between the two sides is the wall, what lies at the upper side is upper ground.
+    #[must_use]
+    pub fn under(&self, surface: &Raster<f32>) -> Raster<f32> {
+        let mut ground = self.raster(surface.window());
+        let window = surface.window();
+        for row in 0..window.height {
+            for column in 0..window.width {
+                let z = surface[(column, row)];
+                if let Some((lower, upper)) = self.step_at(window.centre(column, row))
+                    && z >= lower
+                    && z <= upper + OVER_STEP
+                {
+                    ground[(column, row)] = z.min(upper);
+                }
+            }
+        }
+        ground
+    }
+
+    /// The lowest and the highest of the four cells around a place, if the ground has a step there.
+    fn step_at(&self, p: DVec2) -> Option<(f32, f32)> {
+        let window = self.heights.window();
+        let cell =
+            |at: f64, first: i64, count: usize| ((at / window.step - 0.5).floor() as i64 - first, count as i64 - 1);
+        let (x, last_x) = cell(p.x, window.x0, window.width);
+        let (y, last_y) = cell(p.y, window.y0, window.height);
+        let (mut lower, mut upper) = (f32::INFINITY, f32::NEG_INFINITY);
+        for (u, v) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
+            let z = self.heights[(u.clamp(0, last_x) as usize, v.clamp(0, last_y) as usize)];
+            (lower, upper) = (lower.min(z), upper.max(z));
+        }
+        (f64::from(upper - lower) > STEP_SLOPE * window.step).then_some((lower, upper))
+    }
+
+    /// Heights of the ground at the centres of a window's pixels.
+    #[must_use]
+    pub fn raster(&self, window: GridWindow) -> Raster<f32> {
+        let mut values = Vec::with_capacity(window.len());
+        for row in 0..window.height {
+            values.extend((0..window.width).map(|column| self.height(window.centre(column, row)) as f32));
+        }
+        Raster::new(window, values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gable_geometry::{Counter, dvec2};
+
+    const WINDOW: GridWindow = GridWindow { step: 0.5, x0: -500, y0: 300, width: 800, height: 700 };
+
+    // A scene from a ground and objects; `objects` gives the height over the ground.
+    fn scene(ground: impl Fn(f64, f64) -> f64, objects: impl Fn(f64, f64) -> f64) -> (Raster<f32>, CoarseHeights) {
+        let mut random = Counter::new(17);
+        let mut raster = Raster::filled(WINDOW, 0.0_f32);
+        for row in 0..WINDOW.height {
+            for column in 0..WINDOW.width {
+                let p = WINDOW.centre(column, row) - WINDOW.bounds().min;
+                raster[(column, row)] = (ground(p.x, p.y) + objects(p.x, p.y) + random.range(-0.12, 0.12)) as f32;
+            }
+        }
+        let mut coarse = CoarseHeights::new(CoarseHeights::CELL);
+        coarse.accumulate(&raster);
+        (raster, coarse)
+    }
+
+    // Largest error of the terrain over the places that `at` chooses, in the scene's metres.
+    fn worst(terrain: &Terrain, ground: impl Fn(f64, f64) -> f64, at: impl Fn(f64, f64) -> bool) -> f64 {
+        let mut worst: f64 = 0.0;
+        for y in (6..344).step_by(2) {
+            for x in (6..394).step_by(2) {
+                let (x, y) = (f64::from(x), f64::from(y));
+                if at(x, y) {
+                    let p = dvec2(x, y) + WINDOW.bounds().min;
+                    worst = worst.max((terrain.height(p) - ground(x, y)).abs());
+                }
+            }
+        }
+        worst
+    }
+
+    fn inside(x: f64, y: f64, [x0, y0, x1, y1]: [f64; 4]) -> bool {
+        x0 <= x && x <= x1 && y0 <= y && y <= y1
+    }
+
+    // A hall of 120 × 110 m, a block with a courtyard of 14 m, a low shed, rows of houses.
+    fn town(x: f64, y: f64) -> f64 {
+        let houses = inside(x, y, [250.0, 20.0, 380.0, 330.0]) && (x - 250.0) % 32.0 < 14.0 && (y - 20.0) % 26.0 < 19.0;
+        if inside(x, y, [40.0, 180.0, 160.0, 290.0]) {
+            8.0
+        } else if inside(x, y, [60.0, 40.0, 110.0, 90.0]) && !inside(x, y, [78.0, 58.0, 92.0, 72.0]) {
+            18.0
+        } else if inside(x, y, [150.0, 60.0, 170.0, 75.0]) {
+            2.6
+        } else if houses {
+            7.0
+        } else {
+            0.0
+        }
+    }
+
+    #[test]
+    fn follows_slopes_under_wide_buildings_and_into_courtyards() {
+        for slope in [0.0, 0.05, 0.15] {
+            let ground = move |x: f64, y: f64| 30.0 + slope * x - 0.5 * slope * y;
+            let terrain = Terrain::from_coarse(&scene(ground, town).1).unwrap();
+            let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0);
+            let under = worst(&terrain, ground, |x, y| town(x, y) > 0.0);
+            assert!(open < 0.6 && under < 1.0, "slope {slope}: {open:.2} m in the open, {under:.2} m under buildings");
+        }
+    }
+
+    #[test]
+    fn follows_a_hill() {
+        let ground = |x: f64, y: f64| 14.0 * (-((x - 200.0).powi(2) + (y - 170.0).powi(2)) / 9000.0).exp();
+        let terrain = Terrain::from_coarse(&scene(ground, town).1).unwrap();
+        let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0);
+        assert!(open < 0.7, "{open:.2} m");
+    }
+
+    #[test]
+    fn keeps_both_sides_of_a_river_bank() {
+        // A quay wall: the town lies 5 m over a river of 70 m width.
+        let ground = |x: f64, _: f64| if inside(x, 0.0, [180.0, 0.0, 245.0, 0.0]) { 0.0 } else { 5.0 };
+        let terrain = Terrain::from_coarse(&scene(ground, town).1).unwrap();
+        // Half a cell beside the wall the surface is between the two.
+        let away = |x: f64| (x - 180.0).abs() > 3.0 && (x - 245.0).abs() > 3.0;
+        let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0 && away(x));
+        assert!(open < 0.6, "{open:.2} m");
+    }
+
+    #[test]
+    fn pits_and_floaters_do_not_count() {
+        let ground = |x: f64, y: f64| 0.03 * x + 0.02 * y;
+        let spoilt = |x: f64, y: f64| {
+            // Spikes of 1–8 m width under ground, and something that hovers.
+            for (cx, cy, width, depth) in
+                [(30.0, 120.0, 1.0, -25.0), (200.0, 150.0, 3.0, -12.0), (210.0, 250.0, 8.0, -6.0)]
+            {
+                if (x - cx).abs() < width / 2.0 && (y - cy).abs() < width / 2.0 {
+                    return depth;
+                }
+            }
+            if inside(x, y, [190.0, 30.0, 192.0, 33.0]) { 30.0 } else { town(x, y) }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, spoilt).1).unwrap();
+        let open = worst(&terrain, ground, |x, y| town(x, y) == 0.0);
+        assert!(open < 0.6, "{open:.2} m");
+    }
+
+    #[test]
+    fn woods_are_no_ground() {
+        let ground = |x: f64, y: f64| 0.05 * x + 0.01 * y;
+        let crowns = |x: f64, y: f64| {
+            if inside(x, y, [100.0, 80.0, 260.0, 240.0]) {
+                9.0 + 2.5 * ((x / 2.1).sin() + (y / 1.7).cos())
+            } else {
+                0.0
+            }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, crowns).1).unwrap();
+        let all = worst(&terrain, ground, |_, _| true);
+        assert!(all < 1.0, "{all:.2} m");
+    }
+
+    #[test]
+    fn nothing_gives_a_plane() {
+        let terrain = Terrain::from_coarse(&CoarseHeights::new(2.0)).unwrap();
+        assert_eq!(terrain.height(dvec2(3.0, 4.0)), 0.0);
+    }
+}
