@@ -10,6 +10,23 @@ use crate::stumps::Plants;
 /// Full tree probability in the sums.
 const FULL: f64 = 255.0;
 
+/// How far from the border, inwards and outwards, heights are compared to measure a drop, metres: walls of a mesh are rounded.
+pub const WALL_REACH: f64 = 0.8;
+
+/// Drops and heights beyond this say no more, metres: a tower need not have more wall than a house.
+const TALL: f32 = 6.0;
+
+/// Least share of the border that is open if it is to say something.
+const LEAST_OPEN: f64 = 0.15;
+
+/// Tree probability over which what has no walls is a tree and not ground.
+const WITHOUT_WALLS: f64 = 0.3;
+
+fn centimetres(height: f32) -> u64 {
+    // NaN gives 0.
+    (height.clamp(0.0, TALL) * 100.0).round() as u64
+}
+
 /// When a region is no building.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegionParams {
@@ -23,11 +40,14 @@ pub struct RegionParams {
     /// By how much less is enough if the whole border is shared with trees: what is left over in the midst of a belt of
     /// trees belongs to it, a house in a wood does not look like a tree.
     pub among_trees: f64,
+    /// Least ratio of the mean drop at the open border (towards ground, grass and water) to the mean height over the ground: a building
+    /// ends in walls, what hangs together with its surroundings does not.
+    pub wall_share: f64,
 }
 
 impl Default for RegionParams {
     fn default() -> Self {
-        Self { half_width: 1.0, core_share: 0.08, tree_share: 0.6, among_trees: 0.35 }
+        Self { half_width: 1.0, core_share: 0.08, tree_share: 0.6, among_trees: 0.35, wall_share: 0.4 }
     }
 }
 
@@ -35,7 +55,7 @@ impl RegionParams {
     /// Judges nothing, as the published method does.
     #[must_use]
     pub fn zhu2018() -> Self {
-        Self { half_width: 0.0, core_share: 0.0, tree_share: 1.0, among_trees: 0.0 }
+        Self { half_width: 0.0, core_share: 0.0, tree_share: 1.0, among_trees: 0.0, wall_share: 0.0 }
     }
 }
 
@@ -52,13 +72,19 @@ pub struct Evidence {
     border: u64,
     /// Of these, those that are shared with trees.
     leafy: u64,
+    /// Of these, those with a surface on both sides and no tree outside.
+    open: u64,
+    /// Sum of the drops there, centimetres.
+    drop: u64,
+    /// Sum of the heights over the ground of all pixels, centimetres.
+    rise: u64,
 }
 
 impl Evidence {
     /// The evidence on the building regions that `marks` numbers from 1 to `count`.
     ///
-    /// `labels` and `plants` lie on a window that holds that of `marks`; what lies within [`RegionParams::half_width`] of
-    /// it is looked at. O(pixels).
+    /// `labels`, `plants`, the surface's `heights` and its heights `above` the ground lie on a window that holds that of `marks`; what
+    /// lies within [`RegionParams::half_width`] and [`WALL_REACH`] of it is looked at. O(pixels).
     ///
     /// # Panics
     /// If `marks` has a number above `count` or reaches out of `labels`.
@@ -66,6 +92,8 @@ impl Evidence {
     pub fn gather(
         labels: &Raster<u8>,
         plants: &Plants,
+        heights: &Raster<f32>,
+        above: &Raster<f32>,
         marks: &Raster<u32>,
         count: usize,
         params: &RegionParams,
@@ -76,6 +104,7 @@ impl Evidence {
         let shift = |of: i64, from: i64| (of - from) as usize;
         let (window, inner) = (labels.window(), marks.window());
         let (dx, dy) = (shift(inner.x0, window.x0), shift(inner.y0, window.y0));
+        let reach = (WALL_REACH / labels.window().step).round().max(1.0) as i64;
         let mut out = vec![Self::default(); count];
         for y in 0..inner.height {
             for (x, mark) in marks.row(y).iter().enumerate().filter(|(_, mark)| **mark != 0) {
@@ -85,15 +114,23 @@ impl Evidence {
                 evidence.pixels += 1;
                 evidence.core += u64::from(core[i]);
                 evidence.tree += (f64::from(plants.tree.values()[i]) * FULL).round() as u64;
-                let around = [
-                    (column > 0, i.wrapping_sub(1)),
-                    (column + 1 < width, i + 1),
-                    (row > 0, i.wrapping_sub(width)),
-                    (row + 1 < height, i + width),
-                ];
-                for (_, j) in around.into_iter().filter(|(inside, _)| *inside) {
-                    evidence.border += u64::from(!building[j]);
-                    evidence.leafy += u64::from(labels.values()[j] == Label::Tree as u8);
+                evidence.rise += centimetres(above.values()[i]);
+                for (dx, dy) in [(-1_i64, 0_i64), (1, 0), (0, -1), (0, 1)] {
+                    let at = |steps: i64| {
+                        let (u, v) = (column as i64 + steps * dx, row as i64 + steps * dy);
+                        let inside = u >= 0 && v >= 0 && (u as usize) < width && (v as usize) < height;
+                        inside.then(|| v as usize * width + u as usize)
+                    };
+                    let Some(j) = at(1).filter(|&j| !building[j]) else { continue };
+                    let is_tree = labels.values()[j] == Label::Tree as u8;
+                    evidence.border += 1;
+                    evidence.leafy += u64::from(is_tree);
+                    let (Some(inner), Some(outer)) = (at(1 - reach), at(reach)) else { continue };
+                    let drop = heights.values()[inner] - heights.values()[outer];
+                    if !is_tree && !drop.is_nan() {
+                        evidence.open += 1;
+                        evidence.drop += centimetres(drop);
+                    }
                 }
             }
         }
@@ -107,6 +144,17 @@ impl Evidence {
         self.core += other.core;
         self.border += other.border;
         self.leafy += other.leafy;
+        self.open += other.open;
+        self.drop += other.drop;
+        self.rise += other.rise;
+    }
+
+    /// Mean drop at the open border as a share of the mean height over the ground; `None` where too little of the border is open.
+    #[must_use]
+    pub fn walls(&self) -> Option<f64> {
+        let enough = self.open as f64 > LEAST_OPEN * self.border as f64;
+        let (drop, rise) = (self.drop as f64 / self.open.max(1) as f64, self.rise as f64 / self.pixels.max(1) as f64);
+        (enough && rise > 0.0).then(|| drop / rise)
     }
 
     /// What the region is.
@@ -115,6 +163,9 @@ impl Evidence {
         let pixels = self.pixels.max(1) as f64;
         let tree = self.tree as f64 / (FULL * pixels);
         let among = self.leafy as f64 / self.border.max(1) as f64;
+        if self.walls().is_some_and(|walls| walls < params.wall_share) {
+            return if tree > WITHOUT_WALLS { Label::Tree } else { Label::Ground };
+        }
         if tree + params.among_trees * among > params.tree_share {
             Label::Tree
         } else if (self.core as f64) < params.core_share * pixels {
@@ -143,13 +194,14 @@ mod tests {
             }
         }
         let plants = Plants { tree: Raster::filled(WINDOW, tree), low: None };
+        let heights = labels.map(|label| if *label == Label::Building as u8 { 4.0 } else { 0.0 });
         let params = RegionParams::default();
-        let whole = Evidence::gather(&labels, &plants, &marks, 1, &params)[0];
+        let whole = Evidence::gather(&labels, &plants, &heights, &heights, &marks, 1, &params)[0];
         // Cut in two, it is judged the same.
         let mut sum = Evidence::default();
         for (x0, width) in [(-5, 33), (28, 87)] {
             let part = marks.crop(GridWindow { x0, width, ..WINDOW }, 0);
-            sum.absorb(&Evidence::gather(&labels, &plants, &part, 1, &params)[0]);
+            sum.absorb(&Evidence::gather(&labels, &plants, &heights, &heights, &part, 1, &params)[0]);
         }
         assert_eq!(sum, whole);
         whole.verdict(&params)
@@ -165,9 +217,43 @@ mod tests {
         assert_eq!(verdict([30, 30], Label::Ground, 0.7), Label::Tree, "a crown");
     }
 
+    // A region 60 pixels wide whose surface falls off to the ground over some metres outside of its middle.
+    fn sloping(fall: f64, tree: f32) -> (Option<f64>, Label) {
+        let height = |x: usize, y: usize| {
+            let outside = |at: usize, first: f64| (first - at as f64).max(at as f64 - first - 59.0).max(0.0) * 0.2;
+            (8.0 - 8.0 / fall * outside(x, 30.0).hypot(outside(y, 15.0))).max(0.0) as f32
+        };
+        let mut heights = Raster::filled(WINDOW, 0.0_f32);
+        let mut labels = Raster::filled(WINDOW, Label::Ground as u8);
+        for y in 0..WINDOW.height {
+            for x in 0..WINDOW.width {
+                heights[(x, y)] = height(x, y);
+                if heights[(x, y)] > 2.0 {
+                    labels[(x, y)] = Label::Building as u8;
+                }
+            }
+        }
+        let marks = labels.map(|label| u32::from(*label == Label::Building as u8));
+        let plants = Plants { tree: Raster::filled(WINDOW, tree), low: None };
+        let params = RegionParams::default();
+        let evidence = Evidence::gather(&labels, &plants, &heights, &heights, &marks, 1, &params)[0];
+        (evidence.walls(), evidence.verdict(&params))
+    }
+
+    #[test]
+    fn what_ends_in_no_wall_is_no_building() {
+        let (walls, verdict) = sloping(0.5, 0.1);
+        assert!(walls.unwrap() > 0.9, "{walls:?}");
+        assert_eq!(verdict, Label::Building);
+        let (walls, verdict) = sloping(8.0, 0.1);
+        assert!(walls.unwrap() < 0.3, "{walls:?}");
+        assert_eq!(verdict, Label::Ground);
+        assert_eq!(sloping(8.0, 0.4).1, Label::Tree);
+    }
+
     #[test]
     fn the_published_method_judges_nothing() {
-        let evidence = Evidence { pixels: 100, tree: 25_500, core: 0, border: 40, leafy: 40 };
+        let evidence = Evidence { pixels: 100, tree: 25_500, border: 40, leafy: 40, ..Evidence::default() };
         assert_eq!(evidence.verdict(&RegionParams::zhu2018()), Label::Building);
     }
 }

@@ -28,6 +28,7 @@ pub const PRESETS: &[Preset] = &[
             ("segmentation.roof_tree_area", "0"),
             ("segmentation.building_tree_share", "1"),
             ("segmentation.among_trees", "0"),
+            ("segmentation.wall_share", "0"),
             ("segmentation.min_width", "0"),
             ("modeling.method", "zhu2018"),
             ("modeling.collinear", "0.5"),

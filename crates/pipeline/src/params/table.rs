@@ -151,6 +151,8 @@ parameters! {
         building_tree_share: f64 = SegmentParams::default().cleanup.building_tree_share, "", within(0.0, 1.0);
         /// By how much less is enough if trees share its whole border.
         among_trees: f64 = RegionParams::default().among_trees, "", within(0.0, 1.0);
+        /// Buildings whose mean drop at the border to open ground is a smaller share of their mean height than this are none.
+        wall_share: f64 = RegionParams::default().wall_share, "", within(0.0, 1.0);
         /// Buildings that are hardly anywhere as wide as this are none.
         min_width: f64 = 2.0 * RegionParams::default().half_width, "m", within(0.0, 20.0);
         /// Smallest area of a building.

@@ -205,6 +205,7 @@ pub(crate) fn region_params(params: &Params) -> RegionParams {
         half_width: given.min_width / 2.0,
         tree_share: given.building_tree_share,
         among_trees: given.among_trees,
+        wall_share: given.wall_share,
         ..RegionParams::default()
     }
 }
@@ -275,7 +276,15 @@ impl<'a> Labeller<'a> {
         }
         let (components, marks) = TileComponents::of(&core, |&l| l == Label::Building as u8);
         let count = components.components.len();
-        let evidence = Evidence::gather(&labels, &found.plants, &marks, count, &region_params(context.params));
+        let evidence = Evidence::gather(
+            &labels,
+            &found.plants,
+            &maps.height,
+            &found.above,
+            &marks,
+            count,
+            &region_params(context.params),
+        );
         Ok((core, components, evidence))
     }
 }
