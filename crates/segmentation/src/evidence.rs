@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::Label;
 use crate::morphology::erode;
-use crate::stumps::Plants;
+use crate::segment::Segmentation;
 
 /// Full tree probability in the sums.
 const FULL: f64 = 255.0;
 
 /// How far from the border, inwards and outwards, heights are compared to measure a drop, metres: walls of a mesh are rounded.
-pub const WALL_REACH: f64 = 0.8;
+const WALL_REACH: f64 = 0.8;
 
 /// Drops and heights beyond this say no more, metres: a tower need not have more wall than a house.
 const TALL: f32 = 6.0;
@@ -21,6 +21,12 @@ const LEAST_OPEN: f64 = 0.15;
 
 /// Tree probability over which what has no walls is a tree and not ground.
 const WITHOUT_WALLS: f64 = 0.3;
+
+/// Area from which what is long and narrow everywhere is no shed, m².
+const LONG_AREA: f64 = 20.0;
+
+/// Share of the border with trees from which a region may be a crown among others.
+const AMONG_CROWNS: f64 = 0.3;
 
 fn centimetres(height: f32) -> u64 {
     // NaN gives 0.
@@ -43,11 +49,26 @@ pub struct RegionParams {
     /// Least ratio of the mean drop at the open border (towards ground, grass and water) to the mean height over the ground: a building
     /// ends in walls, what hangs together with its surroundings does not.
     pub wall_share: f64,
+    /// Regions that trees share some of the border with are trees if the mean of what the classifier says of them, with half the share
+    /// of that border and less a quarter of the mean step there (metres), exceeds this: a roof stands off the crowns around it, the
+    /// smooth top of a crown does not.
+    pub crown_score: f64,
+    /// Least share of places far from the border for regions of 20 m² and more: long and narrow as lorries, containers and walls
+    /// are.
+    pub long_core_share: f64,
 }
 
 impl Default for RegionParams {
     fn default() -> Self {
-        Self { half_width: 1.0, core_share: 0.08, tree_share: 0.6, among_trees: 0.35, wall_share: 0.4 }
+        Self {
+            half_width: 1.0,
+            core_share: 0.08,
+            tree_share: 0.6,
+            among_trees: 0.35,
+            wall_share: 0.4,
+            crown_score: 0.5,
+            long_core_share: 0.34,
+        }
     }
 }
 
@@ -55,7 +76,15 @@ impl RegionParams {
     /// Judges nothing, as the published method does.
     #[must_use]
     pub fn zhu2018() -> Self {
-        Self { half_width: 0.0, core_share: 0.0, tree_share: 1.0, among_trees: 0.0, wall_share: 0.0 }
+        Self {
+            half_width: 0.0,
+            core_share: 0.0,
+            tree_share: 1.0,
+            among_trees: 0.0,
+            wall_share: 0.0,
+            crown_score: f64::INFINITY,
+            long_core_share: 0.0,
+        }
     }
 }
 
@@ -72,7 +101,13 @@ pub struct Evidence {
     border: u64,
     /// Of these, those that are shared with trees.
     leafy: u64,
-    /// Of these, those with a surface on both sides and no tree outside.
+    /// Tree probabilities before the shape of the surface corrected them, in 255ths.
+    classified: u64,
+    /// Sides shared with trees, with a surface on both sides.
+    tree_sides: u64,
+    /// Sum of the steps there, up or down, centimetres.
+    tree_steps: u64,
+    /// Sides with a surface on both sides and no tree outside.
     open: u64,
     /// Sum of the drops there, centimetres.
     drop: u64,
@@ -83,17 +118,16 @@ pub struct Evidence {
 impl Evidence {
     /// The evidence on the building regions that `marks` numbers from 1 to `count`.
     ///
-    /// `labels`, `plants`, the surface's `heights` and its heights `above` the ground lie on a window that holds that of `marks`; what
-    /// lies within [`RegionParams::half_width`] and [`WALL_REACH`] of it is looked at. O(pixels).
+    /// `labels`, `found`, and the surface's `heights` lie on a window that holds that of `marks`; what lies within
+    /// [`RegionParams::half_width`] and 0.8 m of it is looked at. O(pixels).
     ///
     /// # Panics
     /// If `marks` has a number above `count` or reaches out of `labels`.
     #[must_use]
     pub fn gather(
         labels: &Raster<u8>,
-        plants: &Plants,
+        found: &Segmentation,
         heights: &Raster<f32>,
-        above: &Raster<f32>,
         marks: &Raster<u32>,
         count: usize,
         params: &RegionParams,
@@ -113,8 +147,9 @@ impl Evidence {
                 let evidence = &mut out[*mark as usize - 1];
                 evidence.pixels += 1;
                 evidence.core += u64::from(core[i]);
-                evidence.tree += (f64::from(plants.tree.values()[i]) * FULL).round() as u64;
-                evidence.rise += centimetres(above.values()[i]);
+                evidence.tree += (f64::from(found.plants.tree.values()[i]) * FULL).round() as u64;
+                evidence.classified += (f64::from(found.classified.values()[i]) * FULL).round() as u64;
+                evidence.rise += centimetres(found.above.values()[i]);
                 for (dx, dy) in [(-1_i64, 0_i64), (1, 0), (0, -1), (0, 1)] {
                     let at = |steps: i64| {
                         let (u, v) = (column as i64 + steps * dx, row as i64 + steps * dy);
@@ -127,7 +162,13 @@ impl Evidence {
                     evidence.leafy += u64::from(is_tree);
                     let (Some(inner), Some(outer)) = (at(1 - reach), at(reach)) else { continue };
                     let drop = heights.values()[inner] - heights.values()[outer];
-                    if !is_tree && !drop.is_nan() {
+                    if drop.is_nan() {
+                        continue;
+                    }
+                    if is_tree {
+                        evidence.tree_sides += 1;
+                        evidence.tree_steps += centimetres(drop.abs());
+                    } else {
                         evidence.open += 1;
                         evidence.drop += centimetres(drop);
                     }
@@ -144,6 +185,9 @@ impl Evidence {
         self.core += other.core;
         self.border += other.border;
         self.leafy += other.leafy;
+        self.classified += other.classified;
+        self.tree_sides += other.tree_sides;
+        self.tree_steps += other.tree_steps;
         self.open += other.open;
         self.drop += other.drop;
         self.rise += other.rise;
@@ -157,18 +201,34 @@ impl Evidence {
         (enough && rise > 0.0).then(|| drop / rise)
     }
 
-    /// What the region is.
+    /// Whether it is the smooth top of a crown among others, see [`RegionParams::crown_score`].
+    fn is_among_crowns(&self, params: &RegionParams) -> bool {
+        let shared = self.leafy as f64 / self.border.max(1) as f64;
+        let step = self.tree_steps as f64 / self.tree_sides.max(1) as f64 / 100.0;
+        let classified = self.classified as f64 / (FULL * self.pixels.max(1) as f64);
+        shared >= AMONG_CROWNS && classified + 0.5 * shared - 0.25 * step > params.crown_score
+    }
+
+    /// What the region is, if a pixel has `step` metres.
     #[must_use]
-    pub fn verdict(&self, params: &RegionParams) -> Label {
+    pub fn verdict(&self, params: &RegionParams, step: f64) -> Label {
         let pixels = self.pixels.max(1) as f64;
         let tree = self.tree as f64 / (FULL * pixels);
         let among = self.leafy as f64 / self.border.max(1) as f64;
         if self.walls().is_some_and(|walls| walls < params.wall_share) {
             return if tree > WITHOUT_WALLS { Label::Tree } else { Label::Ground };
         }
+        if self.is_among_crowns(params) {
+            return Label::Tree;
+        }
+        let least_core = if pixels * step * step >= LONG_AREA {
+            params.core_share.max(params.long_core_share)
+        } else {
+            params.core_share
+        };
         if tree + params.among_trees * among > params.tree_share {
             Label::Tree
-        } else if (self.core as f64) < params.core_share * pixels {
+        } else if (self.core as f64) < least_core * pixels {
             if tree > 0.5 { Label::Tree } else { Label::Ground }
         } else {
             Label::Building
@@ -179,9 +239,23 @@ impl Evidence {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stumps::Plants;
     use gable_ortho::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: -5, y0: 7, width: 120, height: 90 };
+
+    // What was found where the classifier and the shape agree on one tree probability.
+    fn segmentation(labels: &Raster<u8>, heights: &Raster<f32>, tree: f32) -> Segmentation {
+        let tree = Raster::filled(WINDOW, tree);
+        Segmentation {
+            labels: labels.clone(),
+            classified: tree.clone(),
+            plants: Plants { tree, low: None },
+            above: heights.clone(),
+            features: crate::FeatureSet::Geometric,
+            energy: 0.0,
+        }
+    }
 
     // A building of some size on ground or in a wood, with one tree probability.
     fn verdict(size: [usize; 2], around: Label, tree: f32) -> Label {
@@ -193,18 +267,18 @@ mod tests {
                 marks[(10 + x, 10 + y)] = 1;
             }
         }
-        let plants = Plants { tree: Raster::filled(WINDOW, tree), low: None };
         let heights = labels.map(|label| if *label == Label::Building as u8 { 4.0 } else { 0.0 });
+        let found = segmentation(&labels, &heights, tree);
         let params = RegionParams::default();
-        let whole = Evidence::gather(&labels, &plants, &heights, &heights, &marks, 1, &params)[0];
+        let whole = Evidence::gather(&labels, &found, &heights, &marks, 1, &params)[0];
         // Cut in two, it is judged the same.
         let mut sum = Evidence::default();
         for (x0, width) in [(-5, 33), (28, 87)] {
             let part = marks.crop(GridWindow { x0, width, ..WINDOW }, 0);
-            sum.absorb(&Evidence::gather(&labels, &plants, &heights, &heights, &part, 1, &params)[0]);
+            sum.absorb(&Evidence::gather(&labels, &found, &heights, &part, 1, &params)[0]);
         }
         assert_eq!(sum, whole);
-        whole.verdict(&params)
+        whole.verdict(&params, WINDOW.step)
     }
 
     #[test]
@@ -221,7 +295,7 @@ mod tests {
     fn sloping(fall: f64, tree: f32) -> (Option<f64>, Label) {
         let height = |x: usize, y: usize| {
             let outside = |at: usize, first: f64| (first - at as f64).max(at as f64 - first - 59.0).max(0.0) * 0.2;
-            (8.0 - 8.0 / fall * outside(x, 30.0).hypot(outside(y, 15.0))).max(0.0) as f32
+            (4.0 - 4.0 / fall * outside(x, 30.0).hypot(outside(y, 15.0))).max(0.0) as f32
         };
         let mut heights = Raster::filled(WINDOW, 0.0_f32);
         let mut labels = Raster::filled(WINDOW, Label::Ground as u8);
@@ -234,10 +308,10 @@ mod tests {
             }
         }
         let marks = labels.map(|label| u32::from(*label == Label::Building as u8));
-        let plants = Plants { tree: Raster::filled(WINDOW, tree), low: None };
+        let found = segmentation(&labels, &heights, tree);
         let params = RegionParams::default();
-        let evidence = Evidence::gather(&labels, &plants, &heights, &heights, &marks, 1, &params)[0];
-        (evidence.walls(), evidence.verdict(&params))
+        let evidence = Evidence::gather(&labels, &found, &heights, &marks, 1, &params)[0];
+        (evidence.walls(), evidence.verdict(&params, WINDOW.step))
     }
 
     #[test]
@@ -245,15 +319,46 @@ mod tests {
         let (walls, verdict) = sloping(0.5, 0.1);
         assert!(walls.unwrap() > 0.9, "{walls:?}");
         assert_eq!(verdict, Label::Building);
-        let (walls, verdict) = sloping(8.0, 0.1);
-        assert!(walls.unwrap() < 0.3, "{walls:?}");
+        let (walls, verdict) = sloping(6.0, 0.1);
+        assert!(walls.unwrap() < 0.4, "{walls:?}");
         assert_eq!(verdict, Label::Ground);
-        assert_eq!(sloping(8.0, 0.4).1, Label::Tree);
+        assert_eq!(sloping(6.0, 0.4).1, Label::Tree);
+    }
+
+    // A flat region of 30 × 30 pixels among crowns that lie `step` lower; shape took it for no crown, the classifier did not.
+    fn among_crowns(step: f32, classified: f32) -> Label {
+        let mut labels = Raster::filled(WINDOW, Label::Tree as u8);
+        for y in 20..50 {
+            for x in 40..70 {
+                labels[(x, y)] = Label::Building as u8;
+            }
+        }
+        let is_roof = |label: &u8| *label == Label::Building as u8;
+        let heights = labels.map(|label| if is_roof(label) { 9.0 } else { 9.0 - step });
+        let marks = labels.map(|label| u32::from(is_roof(label)));
+        let mut found = segmentation(&labels, &heights, 0.1);
+        found.classified = Raster::filled(WINDOW, classified);
+        let params = RegionParams::default();
+        Evidence::gather(&labels, &found, &heights, &marks, 1, &params)[0].verdict(&params, WINDOW.step)
+    }
+
+    #[test]
+    fn a_smooth_crown_among_crowns_is_a_tree_and_a_roof_among_them_is_not() {
+        assert_eq!(among_crowns(0.6, 0.8), Label::Tree, "a smooth crown");
+        assert_eq!(among_crowns(0.6, 0.05), Label::Building, "a grey roof as high as the crowns");
+        assert_eq!(among_crowns(4.0, 0.8), Label::Building, "a green roof over the crowns");
+    }
+
+    #[test]
+    fn what_is_as_narrow_as_a_lorry_is_none_from_some_length_on() {
+        assert_eq!(verdict([75, 13], Label::Ground, 0.1), Label::Ground, "a lorry of 15 × 2.6 m");
+        assert_eq!(verdict([25, 13], Label::Ground, 0.1), Label::Building, "a shed of 5 × 2.6 m");
+        assert_eq!(verdict([75, 18], Label::Ground, 0.1), Label::Building, "a row of garages of 15 × 3.6 m");
     }
 
     #[test]
     fn the_published_method_judges_nothing() {
         let evidence = Evidence { pixels: 100, tree: 25_500, border: 40, leafy: 40, ..Evidence::default() };
-        assert_eq!(evidence.verdict(&RegionParams::zhu2018()), Label::Building);
+        assert_eq!(evidence.verdict(&RegionParams::zhu2018(), 0.2), Label::Building);
     }
 }

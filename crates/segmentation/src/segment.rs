@@ -104,6 +104,8 @@ pub struct Segmentation {
     pub labels: Raster<u8>,
     /// Probabilities of plants at each pixel.
     pub plants: Plants,
+    /// What the classifier alone says of trees, before shape corrected it.
+    pub classified: Raster<f32>,
     /// Height over the ground, metres; NaN without data.
     pub above: Raster<f32>,
     /// The features that the classifier looked at.
@@ -136,10 +138,11 @@ pub fn segment(
     }
     let mut plants = model.probability(input)?;
     let features = model.features;
+    let classified = plants.tree.clone();
     let mut above = input.height.clone();
     if window.is_empty() {
         let labels = Raster::new(window, Vec::new());
-        return Ok(Segmentation { labels, plants, above, features, energy: 0.0 });
+        return Ok(Segmentation { labels, plants, classified, above, features, energy: 0.0 });
     }
     let (right, up) = smoothness(input.height, params);
     let mut labels = Vec::new();
@@ -160,7 +163,7 @@ pub fn segment(
     }
     let mut labels = Raster::new(window, labels);
     clean_buildings(&mut labels, &above, &plants, &params.cleanup);
-    Ok(Segmentation { labels, plants, above, features, energy })
+    Ok(Segmentation { labels, plants, classified, above, features, energy })
 }
 
 /// Tree probability of what is too flat for a crown, at most.

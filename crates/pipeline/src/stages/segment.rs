@@ -261,7 +261,7 @@ impl<'a> Labeller<'a> {
         };
         let found = gable_segmentation::segment(&input, &ground, &self.model, &self.params);
         let found = found.map_err(|e| context.failed(Stage::Segment, &unit_name(patch), e))?;
-        let mut labels = found.labels;
+        let mut labels = found.labels.clone();
         for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
             if z.is_nan() {
                 *label = artefact::NO_LABEL;
@@ -276,15 +276,7 @@ impl<'a> Labeller<'a> {
         }
         let (components, marks) = TileComponents::of(&core, |&l| l == Label::Building as u8);
         let count = components.components.len();
-        let evidence = Evidence::gather(
-            &labels,
-            &found.plants,
-            &maps.height,
-            &found.above,
-            &marks,
-            count,
-            &region_params(context.params),
-        );
+        let evidence = Evidence::gather(&labels, &found, &maps.height, &marks, count, &region_params(context.params));
         Ok((core, components, evidence))
     }
 }

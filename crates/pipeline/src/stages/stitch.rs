@@ -69,7 +69,7 @@ pub(crate) fn stitch(
     };
     let (mut wholes, mut others) = (Vec::new(), BTreeMap::<usize, Vec<(u32, Label)>>::new());
     for whole in unite(&labelled.components) {
-        match verdict(&whole, &labelled.evidence, &params) {
+        match verdict(&whole, &labelled.evidence, &params, step) {
             Label::Building if whole.area(step) >= smallest => wholes.push(whole),
             label => {
                 // Too small for a building, and no tree: it lies on the ground.
@@ -108,12 +108,12 @@ fn given(number: usize, footprint: &Footprint, step: f64) -> Option<Task> {
     Some(Task { id: footprint.id.clone(), extent, footprint: Some(number) })
 }
 
-fn verdict(whole: &Whole, evidence: &[Vec<Evidence>], params: &RegionParams) -> Label {
+fn verdict(whole: &Whole, evidence: &[Vec<Evidence>], params: &RegionParams, step: f64) -> Label {
     let mut sum = Evidence::default();
     for &(tile, component) in &whole.pieces {
         sum.absorb(&evidence[tile][component as usize]);
     }
-    sum.verdict(params)
+    sum.verdict(params, step)
 }
 
 /// The labels with other ones for some components. What was labelled stays as it was, for a run that goes on here.
