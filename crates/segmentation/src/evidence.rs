@@ -67,7 +67,7 @@ impl Default for RegionParams {
             among_trees: 0.35,
             wall_share: 0.4,
             crown_score: 0.5,
-            long_core_share: 0.34,
+            long_core_share: 0.24,
         }
     }
 }
