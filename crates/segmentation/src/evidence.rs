@@ -82,7 +82,7 @@ impl RegionParams {
             tree_share: 1.0,
             among_trees: 0.0,
             wall_share: 0.0,
-            crown_score: f64::INFINITY,
+            crown_score: 2.0,
             long_core_share: 0.0,
         }
     }

@@ -29,6 +29,8 @@ pub const PRESETS: &[Preset] = &[
             ("segmentation.building_tree_share", "1"),
             ("segmentation.among_trees", "0"),
             ("segmentation.wall_share", "0"),
+            ("segmentation.crown_score", "2"),
+            ("segmentation.narrow_share", "0"),
             ("segmentation.min_width", "0"),
             ("modeling.method", "zhu2018"),
             ("modeling.collinear", "0.5"),

@@ -206,6 +206,8 @@ pub(crate) fn region_params(params: &Params) -> RegionParams {
         tree_share: given.building_tree_share,
         among_trees: given.among_trees,
         wall_share: given.wall_share,
+        crown_score: given.crown_score,
+        long_core_share: given.narrow_share,
         ..RegionParams::default()
     }
 }
