@@ -23,7 +23,7 @@ const LEAST_OPEN: f64 = 0.15;
 const WITHOUT_WALLS: f64 = 0.3;
 
 /// Area from which what is long and narrow everywhere is no shed, m².
-const LONG_AREA: f64 = 20.0;
+const LONG_AREA: f64 = 29.0;
 
 /// Share of the border with trees from which a region may be a crown among others.
 const AMONG_CROWNS: f64 = 0.3;
@@ -53,7 +53,7 @@ pub struct RegionParams {
     /// of that border and less a quarter of the mean step there (metres), exceeds this: a roof stands off the crowns around it, the
     /// smooth top of a crown does not.
     pub crown_score: f64,
-    /// Least share of places far from the border for regions of 20 m² and more: long and narrow as lorries, containers and walls
+    /// Least share of places far from the border for regions of 29 m² and more: long and narrow as lorries, containers and walls
     /// are.
     pub long_core_share: f64,
 }

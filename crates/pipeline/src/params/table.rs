@@ -155,7 +155,7 @@ parameters! {
         wall_share: f64 = RegionParams::default().wall_share, "", within(0.0, 1.0);
         /// Buildings among trees are trees above this score of plants, trees at the border, and small steps there.
         crown_score: f64 = RegionParams::default().crown_score, "", within(0.0, 2.0);
-        /// Buildings of 20 m² and more are none if a smaller share of them is as wide as the least width: lorries, containers, walls.
+        /// Buildings of 29 m² and more are none if a smaller share of them is as wide as the least width: lorries, containers, walls.
         narrow_share: f64 = RegionParams::default().long_core_share, "", within(0.0, 1.0);
         /// Buildings that are hardly anywhere as wide as this are none.
         min_width: f64 = 2.0 * RegionParams::default().half_width, "m", within(0.0, 20.0);

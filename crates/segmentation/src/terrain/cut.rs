@@ -22,7 +22,7 @@ impl Costs {
     const TALL_WALL_IN_GROUND: f32 = 0.03;
     /// Object over object, for each metre of the step, and at most.
     const WALL_IN_OBJECT: f32 = 0.1;
-    const WALL_IN_OBJECT_AT_MOST: f32 = 0.3;
+    const WALL_IN_OBJECT_AT_MOST: f32 = 0.25;
     /// An object that ends at the foot of higher ground, beyond both of the above.
     const OBJECT_BELOW_GROUND: f32 = 0.5;
     /// A border between ground and object without a step; less where the surface is steep.

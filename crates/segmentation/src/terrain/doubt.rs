@@ -20,8 +20,8 @@ const SLOPE_ACROSS: f32 = 0.25;
 /// Side of the window over which the ground's own slope is smoothed, metres.
 const TREND: f64 = 62.0;
 
-/// Area from which a place of ground needs no other to agree with it, m².
-const SMALL: f64 = 400.0;
+/// Area from which a place of ground needs no other to agree with it, m². The largest place needs none, however small it is.
+const LARGE: f64 = 3000.0;
 
 /// Height of a small place over the continued ground that needs no reason, metres, and slope that needs none.
 const FREE_SMALL: f32 = 2.0;
@@ -75,11 +75,10 @@ fn along(cells: &Cells, ground: &[bool], trend: &[f32], line: impl Iterator<Item
 fn over_continued_ground(cells: &Cells, ground: &[bool], cost: &mut [f32]) {
     let (width, height, step) = (cells.window.width, cells.window.height, cells.window.step as f32);
     let surfaces = cells.surfaces(ground, STEP);
-    let is_large = |number: &Option<u32>| number.is_some_and(|n| cells.area(surfaces.sizes[n as usize]) >= SMALL);
+    let Some(&largest) = surfaces.sizes.iter().max() else { return };
+    let limit = cells.area(largest).min(LARGE);
+    let is_large = |number: &Option<u32>| number.is_some_and(|n| cells.area(surfaces.sizes[n as usize]) >= limit);
     let large: Vec<bool> = surfaces.number.iter().map(is_large).collect();
-    if !large.contains(&true) {
-        return;
-    }
     let continued = continued(cells, &large);
     let distance = squared_distance(&large, width, height, false);
     for i in (0..ground.len()).filter(|&i| ground[i] && !large[i]) {
