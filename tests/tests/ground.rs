@@ -47,7 +47,7 @@ fn everywhere(_: DVec2) -> bool {
 }
 
 const fn scene(name: &'static str, ground: fn(DVec2) -> f64) -> Scene {
-    Scene { name, size: 100.0, ground, surface: wide_house, house: WIDE, area: [102.0, 125.0], low: everywhere }
+    Scene { name, size: 100.0, ground, surface: wide_house, house: WIDE, area: [112.0, 140.0], low: everywhere }
 }
 
 /// A flat yard in which something lies low.

@@ -36,7 +36,7 @@ pub(super) struct Cells {
     /// Root mean square distance of the samples to their plane: the median over the cell and those around it. 0 where cells lack
     /// samples.
     pub(super) rough: Vec<f32>,
-    /// Root mean square distance of the heights of the cells in a window of 10 m to their plane: the least over the windows that hold
+    /// Root mean square distance of the heights of the cells in a window of 6 m to their plane: the least over the windows that hold
     /// the cell, so that a street beside houses is even. 0 where no such window is seen whole.
     pub(super) uneven: Vec<f32>,
     /// What rises steeply between the cell's centre and that of the next one to the east, metres; negative where it falls.
@@ -46,7 +46,7 @@ pub(super) struct Cells {
 }
 
 /// Side of the window in which the ground has to be even somewhere, metres.
-const EVEN_WINDOW: f64 = 10.0;
+const EVEN_WINDOW: f64 = 6.0;
 
 type Samples = [f32; SIDE * SIDE];
 

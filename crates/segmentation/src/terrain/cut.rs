@@ -22,7 +22,7 @@ impl Costs {
     const TALL_WALL_IN_GROUND: f32 = 0.03;
     /// Object over object, for each metre of the step, and at most.
     const WALL_IN_OBJECT: f32 = 0.1;
-    const WALL_IN_OBJECT_AT_MOST: f32 = 0.25;
+    const WALL_IN_OBJECT_AT_MOST: f32 = 0.28;
     /// An object that ends at the foot of higher ground, beyond both of the above.
     const OBJECT_BELOW_GROUND: f32 = 0.5;
     /// A border between ground and object without a step; less where the surface is steep.
@@ -45,7 +45,7 @@ const TALL_STEP: f32 = 5.0;
 const ROUGH: [f32; 2] = [0.3, 0.6];
 
 /// The same of unevenness over several cells, metres.
-const UNEVEN: [f32; 2] = [0.4, 0.8];
+const UNEVEN: [f32; 2] = [0.12, 0.25];
 
 /// Steep rise from which a border counts as a step, metres.
 const STEP_FROM: f32 = 0.5 * STEP;
