@@ -35,7 +35,7 @@ impl Costs {
     /// Ground that is rough within cells, as crowns are, for each m².
     const ROUGH_GROUND: f32 = 0.03;
     /// Ground that is nowhere even over several cells, as woods are, for each m².
-    const UNEVEN_GROUND: f32 = 0.08;
+    const UNEVEN_GROUND: f32 = 0.1;
 }
 
 /// Step from which ground over ground costs more only slowly, metres.
