@@ -14,7 +14,7 @@ use crate::terminal;
 use anyhow::Context as _;
 use gable_evaluation::real::{Label, Outlines, RealScene, judge, overlay_jpeg};
 use gable_geometry::{DVec2, DVec3};
-use gable_pipeline::label_map::{self, CLASSES, LabelMap, NONE};
+use gable_pipeline::label_map::{self, CLASSES, LabelMap};
 use gable_scene::{Content, OpenOptions, Scene, SceneError, Triangle};
 use record::RealRecord;
 use scenes::{Half, RealPlace};
