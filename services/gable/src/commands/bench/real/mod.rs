@@ -153,6 +153,7 @@ fn mosaic(maps: &[LabelMap]) -> Option<LabelMap> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gable_pipeline::label_map::NONE;
 
     #[test]
     fn blocks_are_put_together() {
