@@ -136,7 +136,6 @@ fn check(scenes: &[Scene]) {
             footprints(&city).values().map(|f| f.iter().map(gable_geometry::Polygon::area).sum()).collect();
         let right = matches!(areas[..], [area] if area > scene.area[0] && area < scene.area[1]);
         let error = terrain_error(scene, &city);
-        println!("{}: buildings of {areas:.1?} m², terrain {error:.2} m", scene.name);
         if !right || error > 0.3 {
             wrong.push(format!("{}: {areas:.1?} m², terrain {error:.2} m", scene.name));
         }
