@@ -4,7 +4,7 @@ use crate::grid::Buckets;
 use crate::half_edge::{Arrangement, Face, HalfEdge};
 use crate::lattice::{LIMIT, Node, compare_angle, cross};
 use crate::snap_round::{Fragment, snap_round};
-use gable_geometry::{Box2, DVec2, dvec2};
+use gable_geometry::{Box2, BoxTree, DVec2, dvec2};
 use std::cmp::Ordering;
 
 /// How an arrangement is built.
@@ -34,7 +34,7 @@ impl Arrangement {
     /// Segments with a coordinate that is not finite, or further than 2²⁹ lattice units from the middle of the
     /// others, are left out and counted in [`Arrangement::skipped`].
     ///
-    /// O((n + k) log n) for n segments with k crossings, and O(c·e) for c nested components and e edges.
+    /// O((n + k) log n) for n segments with k crossings, and what lies to the west of each nested component.
     #[must_use]
     pub fn build(segments: &[(DVec2, DVec2)], options: &Options) -> Self {
         let snap = options.snap;
@@ -109,13 +109,14 @@ impl Arrangement {
             }
         }
         self.components = inner.len();
+        let edges = self.edge_tree();
         let mut face_of = vec![NONE; inner.len()];
         let mut order: Vec<usize> = (0..inner.len()).collect();
         order.sort_by_key(|&i| inner[i].0);
         for i in order {
             // Whatever lies to the west of a component's first vertex has a smaller first vertex: it is done.
             let (first, start, area) = inner[i];
-            let face = match self.half_edge_west_of(first).map(|h| self.half_edges[h as usize].face) {
+            let face = match self.half_edge_west_of(first, &edges).map(|h| self.half_edges[h as usize].face) {
                 None => 0,
                 Some(f) if (f as usize) < self.faces.len() => f,
                 Some(provisional) => face_of[(NONE - provisional) as usize - 1],
@@ -144,11 +145,22 @@ impl Arrangement {
         cycle.iter().map(|&h| i128::from(cross(o, node(h), node(h ^ 1)))).sum()
     }
 
+    /// The edges, each by half of the number of its half-edges, to be found by where they are in lattice units.
+    fn edge_tree(&self) -> BoxTree {
+        let place = |h: usize| {
+            let node = self.nodes[self.half_edges[h].origin as usize];
+            dvec2(node.x as f64, node.y as f64)
+        };
+        let boxes = (0..self.half_edges.len()).step_by(2).map(|h| Box2::of([place(h), place(h + 1)]));
+        BoxTree::new(&boxes.collect::<Vec<_>>())
+    }
+
     /// The half-edge that a ray from a vertex to the west meets first, as its eastern side.
-    fn half_edge_west_of(&self, vertex: u32) -> Option<u32> {
+    fn half_edge_west_of(&self, vertex: u32, edges: &BoxTree) -> Option<u32> {
         let p = self.nodes[vertex as usize];
+        let ray = Box2 { min: dvec2(f64::NEG_INFINITY, p.y as f64), max: dvec2(p.x as f64, p.y as f64) };
         let mut best: Option<(u32, Node, Node)> = None;
-        for h in (0..self.half_edges.len()).step_by(2) {
+        for h in edges.near(&ray).into_iter().map(|edge| 2 * edge) {
             let (u, v) = (self.half_edges[h].origin, self.half_edges[h + 1].origin);
             let (a, b) = (self.nodes[u as usize], self.nodes[v as usize]);
             // The side that runs down has its face to the east.

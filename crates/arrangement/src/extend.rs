@@ -1,6 +1,6 @@
 //! Lengthening segments before they slice the plane.
 
-use gable_geometry::{Box2, DVec2, point_segment_distance};
+use gable_geometry::{Box2, BoxTree, DVec2, point_segment_distance};
 
 /// How [`extend`] lengthens segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub enum Extension {
 
 /// The segments, lengthened by a rule, in the same order and direction. Segments of no length stay as they are.
 ///
-/// `UntilHit` takes O(n²) tests of boxes and O(h log h) for h pairs that meet.
+/// `UntilHit` takes O(n log n + p log p) for p pairs whose boxes meet.
 #[must_use]
 pub fn extend(segments: &[(DVec2, DVec2)], rule: Extension) -> Vec<(DVec2, DVec2)> {
     match rule {
@@ -49,7 +49,8 @@ struct Ray {
 }
 
 fn until_hit(segments: &[(DVec2, DVec2)], ratio: f64, limit: f64, touch: f64) -> Vec<(DVec2, DVec2)> {
-    let boxes: Vec<Box2> = segments.iter().map(|&(a, b)| Box2::of([a, b])).collect();
+    let boxes: Vec<Box2> = segments.iter().map(|&(a, b)| Box2::of([a, b]).grown(touch)).collect();
+    let tree = BoxTree::new(&boxes);
     let mut rays: Vec<Ray> = Vec::with_capacity(2 * segments.len());
     for &(a, b) in segments {
         let length = a.distance(b);
@@ -61,10 +62,8 @@ fn until_hit(segments: &[(DVec2, DVec2)], ratio: f64, limit: f64, touch: f64) ->
         }
     }
     for (i, ray) in rays.iter_mut().enumerate() {
-        for (j, &(a, b)) in segments.iter().enumerate() {
-            if j == i / 2 || !boxes[j].grown(touch).intersects(&ray.bounds) {
-                continue;
-            }
+        for j in tree.near(&ray.bounds).into_iter().filter(|&j| j != i / 2) {
+            let (a, b) = segments[j];
             if point_segment_distance(ray.origin, a, b) <= touch {
                 (ray.reach, ray.hit) = (0.0, true);
                 break;
@@ -79,17 +78,10 @@ fn until_hit(segments: &[(DVec2, DVec2)], ratio: f64, limit: f64, touch: f64) ->
     }
     // Meetings of two rays, in the order in which the later one arrives.
     let mut events: Vec<(f64, f64, usize, usize)> = Vec::new();
-    let mut order: Vec<usize> = (0..rays.len()).collect();
-    order.sort_by(|&i, &j| rays[i].bounds.min.x.total_cmp(&rays[j].bounds.min.x).then(i.cmp(&j)));
-    for (k, &i) in order.iter().enumerate() {
-        for &j in &order[k + 1..] {
+    let tree = BoxTree::new(&rays.iter().map(|ray| ray.bounds).collect::<Vec<_>>());
+    for i in 0..rays.len() {
+        for j in tree.near(&rays[i].bounds).into_iter().filter(|&j| j > i && j / 2 != i / 2) {
             let (r, s) = (&rays[i], &rays[j]);
-            if s.bounds.min.x > r.bounds.max.x {
-                break;
-            }
-            if i / 2 == j / 2 || !r.bounds.intersects(&s.bounds) {
-                continue;
-            }
             let Some((t, u)) = meeting(r.origin, r.direction, s.origin, s.direction) else { continue };
             if (0.0..=r.reach).contains(&t) && (0.0..=s.reach).contains(&u) {
                 let (first, later) = if (t, i) < (u, j) { (i, j) } else { (j, i) };

@@ -1,22 +1,24 @@
 //! Closing the gaps that are left between segments after they were lengthened.
 
-use gable_geometry::{Box2, DVec2, point_segment_distance};
+use gable_geometry::{Box2, BoxTree, DVec2, point_segment_distance};
 
 /// Segments from loose ends to the nearest point of another segment, for ends that have one within `reach` metres.
 ///
 /// An end is loose if it touches no other segment, to within `touch` metres. Two walls whose lines miss each other at a
 /// corner, as where a jog too short to be a segment lies between them, leave the corner open, and the face behind it would run
 /// out into the unbounded one. Only ends of the first `count` segments are looked at. The links come in the order of the segments;
-/// of points as near as each other, the one on the first segment counts. O(n²) tests of boxes.
+/// of points as near as each other, the one on the first segment counts. O(n log n) and the segments
+/// near each end.
 #[must_use]
 pub fn link_loose_ends(segments: &[(DVec2, DVec2)], count: usize, reach: f64, touch: f64) -> Vec<(DVec2, DVec2)> {
     let boxes: Vec<Box2> = segments.iter().map(|&(a, b)| Box2::of([a, b]).grown(reach)).collect();
+    let tree = BoxTree::new(&boxes);
     let mut links = Vec::new();
     for (i, &(a, b)) in segments.iter().enumerate().take(count) {
         for end in [a, b] {
-            let others = segments.iter().enumerate().filter(|&(j, _)| j != i && boxes[j].contains(end));
+            let others = tree.near(&Box2::of([end])).into_iter().filter(|&j| j != i).map(|j| segments[j]);
             let nearest =
-                others.map(|(_, &(p, q))| (point_segment_distance(end, p, q), p, q)).min_by(|x, y| x.0.total_cmp(&y.0));
+                others.map(|(p, q)| (point_segment_distance(end, p, q), p, q)).min_by(|x, y| x.0.total_cmp(&y.0));
             if let Some((distance, p, q)) = nearest.filter(|n| n.0 > touch && n.0 <= reach) {
                 let along = q - p;
                 let t = ((end - p).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);

@@ -5,6 +5,7 @@
 //! at the surface. "World" coordinates are those of the input's reference system; "local"
 //! coordinates are world minus [`Frame::origin`].
 
+mod box_tree;
 mod covariance;
 mod crs;
 mod disjoint_sets;
@@ -14,6 +15,7 @@ mod polygon;
 mod predicates;
 mod random;
 
+pub use box_tree::BoxTree;
 pub use covariance::{Covariance3, symmetric_eigen_2, symmetric_eigen_3};
 pub use crs::{Crs, CrsError};
 pub use disjoint_sets::DisjointSets;

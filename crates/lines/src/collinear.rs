@@ -1,10 +1,14 @@
 //! Merging collinear segments.
 
 use crate::LineSegment;
-use gable_geometry::DVec2;
+use gable_geometry::{Box2, BoxTree, DVec2};
+use std::collections::BTreeSet;
 
 /// Segments count as parallel within this angle, radians (0.5°): snapped ones are so exactly.
 const PARALLEL: f64 = 0.008_726_646;
+
+/// What the rounding of numbers may add to a distance, metres.
+const ROUNDING: f64 = 1e-6;
 
 /// A run of merged segments: a line, and the stretches of it that are covered.
 struct Run {
@@ -56,6 +60,16 @@ impl Run {
         (self.across(s) - self.offset()).abs() <= distance && self.across(s).abs() <= distance && gap <= distance
     }
 
+    /// All segments that are not `taken` and that the run may take: none is longer than its first one, so that their middles
+    /// tell where their ends are.
+    fn near(&self, tree: &BoxTree, distance: f64, taken: &[bool]) -> BTreeSet<usize> {
+        let aside = distance + PARALLEL * self.members[0].length() + ROUNDING;
+        let ends = [self.range[0] - distance - ROUNDING, self.range[1] + distance + ROUNDING];
+        let corner = |along: f64, across: f64| self.at + self.along * along + self.along.perp() * across;
+        let corners = ends.iter().flat_map(|&along| [corner(along, -aside), corner(along, aside)]);
+        tree.near(&Box2::of(corners)).into_iter().filter(|&i| !taken[i]).collect()
+    }
+
     fn add(&mut self, s: LineSegment) {
         let [from, to] = self.extent(&s);
         let length = s.length();
@@ -80,26 +94,35 @@ impl Run {
 /// The longest segment comes first and collects shorter ones until none fits; the merged segment runs at the
 /// length-weighted mean position, over all that was covered, in the sense and with the source of the longest one, and
 /// with the sum of the weights. Longer segments come first in the result; equal lengths are ordered by position, so the
-/// order of the input does not matter. Cost: O(n · runs).
+/// order of the input does not matter. Cost: O(n log n + p) for p segments within `distance` of the runs, each counted for
+/// each member of the run.
 #[must_use]
 pub fn merge_collinear(mut segments: Vec<LineSegment>, distance: f64) -> Vec<LineSegment> {
     segments.retain(|s| s.length() > 0.0);
     sort_longest_first(&mut segments);
-    let mut left = segments;
+    let tree = BoxTree::new(&segments.iter().map(|s| Box2::of([s.a, s.b])).collect::<Vec<_>>());
+    let mut taken = vec![false; segments.len()];
     let mut merged = Vec::new();
-    while !left.is_empty() {
-        let mut run = Run::new(left.remove(0));
+    for first in 0..segments.len() {
+        if std::mem::replace(&mut taken[first], true) {
+            continue;
+        }
+        let mut run = Run::new(segments[first]);
+        let mut near: BTreeSet<usize> = run.near(&tree, distance, &taken);
         // A run grows in length: what was too far along may fit after others have joined.
         loop {
-            let before = left.len();
-            left.retain(|s| {
-                let takes = run.takes(s, distance);
-                if takes {
-                    run.add(*s);
+            let before = run.members.len();
+            let mut from = 0;
+            while let Some(&i) = near.range(from..).next() {
+                from = i + 1;
+                if run.takes(&segments[i], distance) {
+                    run.add(segments[i]);
+                    taken[i] = true;
+                    near.remove(&i);
+                    near.extend(run.near(&tree, distance, &taken));
                 }
-                !takes
-            });
-            if left.len() == before {
+            }
+            if run.members.len() == before {
                 break;
             }
         }

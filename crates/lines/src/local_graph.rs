@@ -2,8 +2,8 @@
 
 use crate::LineSegment;
 use crate::collinear::sort_longest_first;
-use gable_geometry::{Box2, DVec2};
-use std::cmp::Ordering;
+use gable_geometry::{Box2, BoxTree, DVec2};
+use std::cmp::{Ordering, Reverse};
 use std::collections::{BTreeSet, BinaryHeap};
 
 /// Parameters of [`simplify_local_graph`] and [`orthogonalise_local_graph`].
@@ -70,7 +70,7 @@ struct Vertex {
 /// Departures: directions are signed alike before they are added and weighted by length (a short piece does not turn a
 /// long one); a merge that would carry an end of an input segment farther than `max_drift` from the new line is refused.
 /// The merged segment keeps the sense and the source of the longer one and the sum of the weights. The result does not
-/// depend on the order of the input; longest first. Cost: O(n²) to build the graph, O(e log e) to collapse it.
+/// depend on the order of the input; longest first. Cost: O(n log n + e log e) for e pairs of segments that are near each other.
 #[must_use]
 pub fn simplify_local_graph(mut segments: Vec<LineSegment>, params: &LocalGraphParams) -> Vec<LineSegment> {
     segments.retain(|s| s.length() > 0.0);
@@ -87,9 +87,10 @@ pub fn simplify_local_graph(mut segments: Vec<LineSegment>, params: &LocalGraphP
     let mut graph: Vec<_> = segments.into_iter().map(vertex).collect();
     let mut heap = BinaryHeap::new();
     let boxes: Vec<_> = graph.iter().map(|v| Box2::of([v.segment.a, v.segment.b]).grown(params.distance)).collect();
+    let tree = BoxTree::new(&boxes);
     for j in 0..graph.len() {
-        for i in 0..j {
-            if boxes[i].intersects(&boxes[j]) && joined(&graph[i].segment, &graph[j].segment) {
+        for i in tree.near(&boxes[j]).into_iter().take_while(|&i| i < j) {
+            if joined(&graph[i].segment, &graph[j].segment) {
                 connect(&mut graph, &mut heap, i, j);
             }
         }
@@ -145,6 +146,9 @@ fn merged(first: &Vertex, second: &Vertex, max_drift: f64) -> Option<LineSegment
     })
 }
 
+/// What the rounding of numbers may add to a distance, metres.
+const ROUNDING: f64 = 1e-6;
+
 /// A line that several perpendicular segments were put on.
 struct Representative {
     /// Weighted sum of middles, and of lengths.
@@ -163,22 +167,24 @@ struct Representative {
 /// Departures: what was set goes on before the next free segment starts a frame of its own (else the two long sides of
 /// a house would each keep their direction); relations reach only `radius` far; a segment whose end would move by more
 /// than `max_drift` stays as it is (for a long segment `angle` alone allows metres). The result does not depend on the
-/// order of the input; longest first. Cost: O(n²).
+/// order of the input; longest first. Cost: O(n log n + p) for p pairs of segments within `radius` of each other.
 #[must_use]
 pub fn orthogonalise_local_graph(mut segments: Vec<LineSegment>, params: &LocalGraphParams) -> Vec<LineSegment> {
     segments.retain(|s| s.length() > 0.0);
     sort_longest_first(&mut segments);
     let before = segments.clone();
+    // Only those that are not set are looked for, and they lie where they were.
+    let tree = BoxTree::new(&segments.iter().map(|s| Box2::of([s.a, s.b])).collect::<Vec<_>>());
     let mut set = vec![false; segments.len()];
-    let mut waiting: Vec<usize> = (0..segments.len()).collect();
-    while !waiting.is_empty() {
-        let next = waiting.iter().position(|&i| set[i]).unwrap_or(0);
-        let i = waiting.remove(next);
+    // Those that were set wait for their turn; the others come in their order.
+    let mut waiting: BinaryHeap<Reverse<usize>> = BinaryHeap::new();
+    let mut free = 0..segments.len();
+    while let Some(i) = waiting.pop().map(|Reverse(i)| i).or_else(|| free.find(|&i| !set[i])) {
         let base = segments[i];
         let across = base.direction().perp();
         set[i] = true;
         let mut table: Vec<Representative> = Vec::new();
-        for j in 0..segments.len() {
+        for j in tree.near(&Box2::of([base.a, base.b]).grown(params.radius + ROUNDING)) {
             let s = segments[j];
             if set[j] || s.direction().dot(across).abs() < params.angle.cos() || base.distance(&s) > params.radius {
                 continue;
@@ -191,6 +197,7 @@ pub fn orthogonalise_local_graph(mut segments: Vec<LineSegment>, params: &LocalG
             }
             segments[j] = turned;
             set[j] = true;
+            waiting.push(Reverse(j));
             // Signed distance of parallel lines, along the base.
             let apart = |r: &Representative| across.perp_dot(r.moment / r.length - middle).abs();
             let close = table.iter_mut().filter(|r| apart(r) < params.distance);

@@ -44,21 +44,34 @@ const MOVES: [(i64, i64); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 /// so the result depends on the mask only. Cost: O(pixels).
 #[must_use]
 pub fn trace_outline(mask: &Raster<bool>) -> Vec<Ring> {
-    let window = mask.window();
+    trace_regions(mask, false).into_iter().map(|(_, ring)| ring).collect()
+}
+
+/// The boundary rings of all pixels of each value, as [`trace_outline`] finds them for one, with the value. Pixels that are
+/// `none` have no boundary of their own, and what is outside of the window counts as such. Rings come in the order of
+/// their first cracks, whatever their values. Cost: O(pixels).
+#[must_use]
+pub fn trace_regions<T: Copy + PartialEq>(values: &Raster<T>, none: T) -> Vec<(T, Ring)> {
+    let window = values.window();
     let (width, height) = (window.width as i64, window.height as i64);
-    let inside = |x: i64, y: i64| x >= 0 && y >= 0 && x < width && y < height && mask[(x as usize, y as usize)];
-    // Pixels left and right of the crack that leaves corner (x, y) in direction d.
-    let left = |x: i64, y: i64, d: usize| inside(x - i64::from(d == 1 || d == 2), y - i64::from(d >= 2));
-    let right = |x: i64, y: i64, d: usize| inside(x - i64::from(d >= 2), y - i64::from(d == 0 || d == 3));
+    let at = |x: i64, y: i64| {
+        let inside = x >= 0 && y >= 0 && x < width && y < height;
+        if inside { values[(x as usize, y as usize)] } else { none }
+    };
     let local = |x: i64, y: i64| dvec2((window.x0 + x) as f64, (window.y0 + y) as f64) * window.step;
     let mut rings = Vec::new();
     // Every ring has an eastward crack: the lower edge of a pixel whose southern neighbour is outside.
     let mut traced = Raster::filled(window, false);
     for y in 0..height {
         for x in 0..width {
-            if !inside(x, y) || inside(x, y - 1) || traced[(x as usize, y as usize)] {
+            let value = at(x, y);
+            if value == none || at(x, y - 1) == value || traced[(x as usize, y as usize)] {
                 continue;
             }
+            let inside = |x: i64, y: i64| at(x, y) == value;
+            // Pixels left and right of the crack that leaves corner (x, y) in direction d.
+            let left = |x: i64, y: i64, d: usize| inside(x - i64::from(d == 1 || d == 2), y - i64::from(d >= 2));
+            let right = |x: i64, y: i64, d: usize| inside(x - i64::from(d >= 2), y - i64::from(d == 0 || d == 3));
             let (mut cx, mut cy, mut d) = (x, y, 0);
             let mut points = Vec::new();
             loop {
@@ -78,7 +91,7 @@ pub fn trace_outline(mask: &Raster<bool>) -> Vec<Ring> {
                     break;
                 }
             }
-            rings.push(Ring { points });
+            rings.push((value, Ring { points }));
         }
     }
     rings

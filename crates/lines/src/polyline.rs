@@ -2,6 +2,8 @@
 
 use crate::{LineSegment, Source};
 use gable_geometry::{DVec2, symmetric_eigen_2};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Parameters of [`fit_polyline`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -249,47 +251,90 @@ fn joint(before: &Piece, after: &Piece, params: &PolylineParams) -> Joint {
     }
 }
 
-fn chain(mut pieces: Vec<Piece>, params: &PolylineParams) -> Vec<LineSegment> {
-    loop {
+/// The pieces of a ring with how each meets the next, while some of them make way.
+struct Chain<'a> {
+    pieces: Vec<Piece>,
+    /// Numbers of the pieces before and after each one.
+    before: Vec<usize>,
+    after: Vec<usize>,
+    /// How each piece meets the one after it.
+    joints: Vec<Joint>,
+    params: &'a PolylineParams,
+}
+
+impl<'a> Chain<'a> {
+    fn new(pieces: Vec<Piece>, params: &'a PolylineParams) -> Self {
         let n = pieces.len();
-        if n < 2 {
-            return Vec::new();
-        }
-        let joints: Vec<_> = (0..n).map(|i| joint(&pieces[i], &pieces[(i + 1) % n], params)).collect();
-        let spans: Vec<_> = (0..n)
-            .map(|i| {
-                let start = match joints[(i + n - 1) % n] {
-                    Joint::Corner(c) | Joint::Step(_, c) => c,
-                };
-                let end = match joints[i] {
-                    Joint::Corner(c) | Joint::Step(c, _) => c,
-                };
-                (start, end)
-            })
-            .collect();
-        // The piece that was turned round most makes way for its neighbours.
-        let run = |i: usize| (spans[i].1 - spans[i].0).dot(pieces[i].along);
-        let worst = (0..n).filter(|&i| run(i) <= 1e-9).min_by(|&a, &b| pieces[a].length.total_cmp(&pieces[b].length));
-        if let Some(worst) = worst {
-            let lost = pieces.remove(worst);
-            let n = pieces.len();
-            if n >= 2 {
-                // Its neighbours now meet where it was.
-                let middle = 0.5 * (lost.ends[0] + lost.ends[1]);
-                pieces[(worst + n - 1) % n].ends[1] = middle;
-                pieces[worst % n].ends[0] = middle;
-            }
+        let before = (0..n).map(|i| (i + n - 1) % n).collect();
+        let after: Vec<usize> = (0..n).map(|i| (i + 1) % n).collect();
+        let joints = (0..n).map(|i| joint(&pieces[i], &pieces[after[i]], params)).collect();
+        Self { pieces, before, after, joints, params }
+    }
+
+    /// Where a piece starts and ends between its neighbours.
+    fn span(&self, i: usize) -> (DVec2, DVec2) {
+        let start = match self.joints[self.before[i]] {
+            Joint::Corner(c) | Joint::Step(_, c) => c,
+        };
+        let end = match self.joints[i] {
+            Joint::Corner(c) | Joint::Step(c, _) => c,
+        };
+        (start, end)
+    }
+
+    /// Whether its neighbours leave nothing of a piece, or turn it round.
+    fn is_turned(&self, i: usize) -> bool {
+        let (start, end) = self.span(i);
+        (end - start).dot(self.pieces[i].along) <= 1e-9
+    }
+
+    /// Takes a piece out: its neighbours, which are returned, now meet where it was.
+    fn remove(&mut self, i: usize) -> [usize; 2] {
+        let (before, after) = (self.before[i], self.after[i]);
+        let middle = 0.5 * (self.pieces[i].ends[0] + self.pieces[i].ends[1]);
+        self.pieces[before].ends[1] = middle;
+        self.pieces[after].ends[0] = middle;
+        (self.after[before], self.before[after]) = (after, before);
+        self.joints[before] = joint(&self.pieces[before], &self.pieces[after], self.params);
+        [before, after]
+    }
+}
+
+/// The chain of segments: of the pieces that were turned round the shortest makes way first, until none is left.
+fn chain(pieces: Vec<Piece>, params: &PolylineParams) -> Vec<LineSegment> {
+    let mut left = pieces.len();
+    if left < 2 {
+        return Vec::new();
+    }
+    let mut chain = Chain::new(pieces, params);
+    let mut stays = vec![true; left];
+    // Lengths are not negative, so that their bits are in their order.
+    let key = |chain: &Chain<'_>, i: usize| Reverse((chain.pieces[i].length.to_bits(), i));
+    let mut turned: BinaryHeap<_> = (0..left).filter(|&i| chain.is_turned(i)).map(|i| key(&chain, i)).collect();
+    while let Some(Reverse((_, i))) = turned.pop() {
+        if !stays[i] || !chain.is_turned(i) {
             continue;
         }
-        let mut out = Vec::with_capacity(n);
-        for (i, (a, b)) in spans.into_iter().enumerate() {
-            out.push(LineSegment { a, b, weight: pieces[i].length, source: Source::Outline });
-            if let Joint::Step(a, b) = joints[i] {
-                out.push(LineSegment { a, b, weight: a.distance(b), source: Source::Outline });
+        stays[i] = false;
+        left -= 1;
+        if left < 2 {
+            return Vec::new();
+        }
+        for k in chain.remove(i) {
+            if chain.is_turned(k) {
+                turned.push(key(&chain, k));
             }
         }
-        return out;
     }
+    let mut out = Vec::with_capacity(left);
+    for i in (0..stays.len()).filter(|&i| stays[i]) {
+        let (a, b) = chain.span(i);
+        out.push(LineSegment { a, b, weight: chain.pieces[i].length, source: Source::Outline });
+        if let Joint::Step(a, b) = chain.joints[i] {
+            out.push(LineSegment { a, b, weight: a.distance(b), source: Source::Outline });
+        }
+    }
+    out
 }
 
 #[cfg(test)]
