@@ -1,13 +1,12 @@
-//! Splitting regions that hold more than one plane, and merging those that hold the same one.
+//! Splitting regions that hold more than one plane.
 //!
-//! Both ask the same question: by how much does a second plane lower the sum of squared distances? Noise that is
+//! That and [merging](crate::merge) ask the same question: by how much does a second plane lower the sum of squared distances? Noise that is
 //! correlated over a few metres lets any two planes fit better than one, by a few times σ² per patch of correlated
 //! noise; a second plane must lower the sum by clearly more than that.
 
 use crate::partition::{Partition, residual_sum};
 use crate::roof_plane::UNASSIGNED;
 use gable_geometry::{Covariance3, dvec3};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// What is known about the noise, and what a region must have.
 pub(crate) struct Evidence {
@@ -28,7 +27,7 @@ pub(crate) struct Evidence {
 impl Evidence {
     /// How much two planes gain over one, as a part of what they must gain to be believed and to matter. `joint`
     /// and `apart` are sums of squares, `weights` those of the two parts, all counted in pixels.
-    fn ratio(&self, joint: f64, apart: f64, weights: [f64; 2], pixel_area: f64) -> f64 {
+    pub(crate) fn ratio(&self, joint: f64, apart: f64, weights: [f64; 2], pixel_area: f64) -> f64 {
         let weight = weights[0] + weights[1];
         // Bounded above, so that planes that fit badly do not vouch for each other.
         let sigma = (apart / weight.max(1.0)).sqrt().clamp(*self.noise.start(), *self.noise.end());
@@ -49,14 +48,16 @@ pub(crate) fn split(partition: &mut Partition<'_>, evidence: &Evidence) -> usize
     let step = field.step;
     let reach = partition.rounding_reach();
     let mut pixels: Vec<Vec<u32>> = vec![Vec::new(); partition.planes.len()];
+    let mut borders: Vec<Vec<u32>> = pixels.clone();
     for &p in &field.inside {
         let label = partition.labels[p as usize];
-        if label != UNASSIGNED && partition.is_interior(p as usize, reach) {
-            pixels[label as usize].push(p);
+        if label != UNASSIGNED {
+            let list = if partition.is_interior(p as usize, reach) { &mut pixels } else { &mut borders };
+            list[label as usize].push(p);
         }
     }
     let mut splits = 0;
-    for (label, pixels) in pixels.iter().enumerate() {
+    for (label, (pixels, borders)) in pixels.iter().zip(&borders).enumerate() {
         // Interior pixels only: the region itself is larger.
         if (pixels.len() as f64) * step * step < evidence.min_area || partition.planes.len() + 1 >= UNASSIGNED as usize
         {
@@ -72,12 +73,10 @@ pub(crate) fn split(partition: &mut Partition<'_>, evidence: &Evidence) -> usize
         };
         let Some(cut) = best_cut(partition, pixels, stride, evidence) else { continue };
         let new = partition.planes.len() as u16;
-        for (p, l) in partition.labels.iter_mut().enumerate() {
-            if *l == label as u16 {
-                let (x, y) = field.position(p);
-                if x * cut.normal.0 + y * cut.normal.1 > cut.offset {
-                    *l = new;
-                }
+        for &p in pixels.iter().chain(borders) {
+            let (x, y) = field.position(p as usize);
+            if x * cut.normal.0 + y * cut.normal.1 > cut.offset {
+                partition.labels[p as usize] = new;
             }
         }
         partition.planes[label] = cut.planes[0];
@@ -153,81 +152,4 @@ fn best_cut(partition: &Partition<'_>, pixels: &[u32], stride: usize, evidence: 
         }
     }
     best.map(|b| b.1)
-}
-
-/// Merges regions that one plane fits as well as two, the least different first: neighbours where the test of
-/// [`Evidence`] finds no second plane, others only where they are clearly coplanar (a roof that a cross
-/// gable cuts in two). Returns how many were merged. O(planes²) fits.
-pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence) -> usize {
-    let n = partition.planes.len();
-    let mut touching = neighbours(partition);
-    let mut moments = partition.moments();
-    let mut into: Vec<u16> = (0..n as u16).collect();
-    let pixel_area = partition.field.step * partition.field.step;
-    let difference = |a: &Covariance3, b: &Covariance3, touch: bool| {
-        let mut both = *a;
-        both.merge(b);
-        let apart = residual_sum(a) + residual_sum(b);
-        let ratio = evidence.ratio(residual_sum(&both), apart, [a.weight(), b.weight()], pixel_area);
-        if touch || coplanar(a, b) { ratio } else { f64::INFINITY }
-    };
-    let mut ratios: BTreeMap<(u16, u16), f64> = BTreeMap::new();
-    for i in 0..n as u16 {
-        for j in i + 1..n as u16 {
-            let ratio = difference(&moments[i as usize], &moments[j as usize], touching.contains(&(i, j)));
-            ratios.insert((i, j), ratio);
-        }
-    }
-    let mut merged = 0;
-    while let Some((&(i, j), _)) = ratios.iter().filter(|r| *r.1 < 1.0).min_by(|a, b| a.1.total_cmp(b.1)) {
-        merged += 1;
-        let other = moments[j as usize];
-        moments[i as usize].merge(&other);
-        for k in &mut into {
-            if *k == j {
-                *k = i;
-            }
-        }
-        let rename = |k: u16| if k == j { i } else { k };
-        touching = touching.iter().map(|&(a, b)| (rename(a).min(rename(b)), rename(a).max(rename(b)))).collect();
-        ratios.retain(|&(a, b), _| a != j && b != j);
-        for (&(a, b), ratio) in ratios.iter_mut().filter(|(k, _)| k.0 == i || k.1 == i) {
-            *ratio = difference(&moments[a as usize], &moments[b as usize], touching.contains(&(a, b)));
-        }
-    }
-    if merged > 0 {
-        for label in &mut partition.labels {
-            if *label != UNASSIGNED {
-                *label = into[*label as usize];
-            }
-        }
-        let keep: Vec<bool> = into.iter().enumerate().map(|(k, &i)| k == i as usize).collect();
-        partition.retain(&keep);
-        partition.refit();
-    }
-    merged
-}
-
-/// Pairs of labels that are neighbours somewhere, the smaller one first.
-fn neighbours(partition: &Partition<'_>) -> BTreeSet<(u16, u16)> {
-    let w = partition.field.width;
-    let mut pairs = BTreeSet::new();
-    for p in 0..partition.labels.len() {
-        let own = partition.labels[p];
-        for q in [p + 1, p + w] {
-            let Some(&other) = partition.labels.get(q) else { continue };
-            if own != other && own != UNASSIGNED && other != UNASSIGNED {
-                pairs.insert((own.min(other), own.max(other)));
-            }
-        }
-    }
-    pairs
-}
-
-/// Whether two sets of points that do not touch lie on one plane: normals within 12° (noise turns small
-/// sets by that much), and the centroid of the smaller set within 0.2 m of the plane of the larger one.
-fn coplanar(a: &Covariance3, b: &Covariance3) -> bool {
-    let (large, small) = if a.weight() >= b.weight() { (a, b) } else { (b, a) };
-    let (Some(p), Some(q)) = (large.height_plane(), small.height_plane()) else { return false };
-    p.distance(small.centroid()).abs() < 0.2 && p.normal().dot(q.normal()) > 12f64.to_radians().cos()
 }

@@ -1,8 +1,9 @@
 //! Detection of the roof planes of one building on its height map.
 
 use crate::clean::clean;
-use crate::divide::{Evidence, merge, split};
+use crate::divide::{Evidence, split};
 use crate::local_fit::Field;
+use crate::merge::merge;
 use crate::partition::Partition;
 use crate::roof_plane::{Planes, RoofPlane, UNASSIGNED};
 use crate::seed_regions::{Limits, grow};
@@ -36,6 +37,8 @@ pub struct Params {
     pub significance: f64,
     /// Two planes count as one if one plane misses the smaller of them by less than this, metres (rms).
     pub min_effect: f64,
+    /// Most pairs of regions that are held against each other.
+    pub most_pairs: usize,
 }
 
 impl Default for Params {
@@ -53,6 +56,7 @@ impl Default for Params {
             max_noise: 0.16,
             significance: 6.0,
             min_effect: 0.18,
+            most_pairs: usize::MAX,
         }
     }
 }
@@ -75,7 +79,8 @@ const MAX_ROUNDS: usize = 6;
 /// unit normals of the mesh: pixels on walls (steeper than `max_slope`) then start no region. All rasters
 /// must have the same window. Planes come in the coordinates of the rasters.
 ///
-/// This replaces the RANSAC of Zhu 2018, §5.3 ([`crate::ransac`] is that one). O(pixels), apart from sorting.
+/// This replaces the RANSAC of Zhu 2018, §5.3 ([`crate::ransac`] is that one). O(pixels), apart from sorting, and O(p log p)
+/// for p pairs of regions, of more than 2,000 those within 100 m of each other. Ends early where that would be more pairs than `most_pairs`.
 ///
 /// # Panics
 /// If the rasters differ in size.
@@ -113,19 +118,20 @@ pub fn detect(height: &Raster<f32>, normal: Option<&Raster<[f32; 3]>>, mask: &Ra
     grow(&mut partition, &limits);
     partition.compete(4);
     clean(&mut partition, params.min_area, params.min_width, max_slope);
+    let mut pairs_left = params.most_pairs;
     for _ in 0..MAX_ROUNDS {
         let mut changes = grow(&mut partition, &limits);
         changes += split(&mut partition, &evidence);
         partition.compete(6);
-        changes += merge(&mut partition, &evidence);
+        changes += merge(&mut partition, &evidence, &mut pairs_left);
         changes += clean(&mut partition, params.min_area, params.min_width, max_slope);
         partition.compete(4);
-        if changes == 0 {
+        if changes == 0 || pairs_left == 0 {
             break;
         }
     }
     clean(&mut partition, params.min_area, params.min_width, max_slope);
-    finish(&partition, height)
+    Planes { cut_short: pairs_left == 0, ..finish(&partition, height) }
 }
 
 /// Planes in the raster's coordinates, the largest first, with their figures.
@@ -172,5 +178,5 @@ pub(crate) fn finish(partition: &Partition<'_>, height: &Raster<f32>) -> Planes 
         plane.rms = (plane.rms / n).sqrt();
         plane.centroid = plane.centroid / n - shift;
     }
-    Planes { planes, labels: Raster::new(window, labels) }
+    Planes { planes, labels: Raster::new(window, labels), cut_short: false }
 }

@@ -8,11 +8,13 @@
 
 mod clean;
 mod divide;
+mod equalise;
 pub mod facade_directions;
 pub mod facade_regions;
 mod facade_segments;
 pub mod grow;
 mod local_fit;
+mod merge;
 mod partition;
 pub mod ransac;
 pub mod regularise;

@@ -4,12 +4,13 @@
 //! turns skew ones. Here planes are fitted freely first, and a regularity is imposed only if the heights do
 //! not speak against it: the sum of squared distances may rise by what correlated noise would explain.
 
+use crate::equalise::{equal_heights, equal_slopes};
 use crate::facade_directions::{self, difference};
 use crate::partition::interior_moments;
 use crate::{Planes, UNASSIGNED};
 use gable_geometry::{Covariance3, DVec2, Plane, dvec3};
 use gable_ortho::Raster;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 /// Parameters of [`regularise()`].
 #[derive(Clone, Debug, PartialEq)]
@@ -52,14 +53,14 @@ pub struct Changes {
 }
 
 /// One plane under work: z = s·(u·p) + c, fitted to moments.
-struct Item {
-    moments: Covariance3,
-    area: f64,
+pub(crate) struct Item {
+    pub(crate) moments: Covariance3,
+    pub(crate) area: f64,
     /// Downhill is −`direction`·sign(slope); of unit length. Zero for level planes.
-    direction: DVec2,
-    slope: f64,
+    pub(crate) direction: DVec2,
+    pub(crate) slope: f64,
     /// Slope before regularisation.
-    free_slope: f64,
+    pub(crate) free_slope: f64,
     /// Whether `direction` is one of the facades' (or shared) ones.
     turned: bool,
     /// Squared orthogonal residual that is still tolerated, m².
@@ -80,12 +81,13 @@ impl Item {
         self.direction * self.slope
     }
 
-    fn tolerates(&self, g: DVec2) -> bool {
+    /// Whether the pixels tolerate a gradient.
+    pub(crate) fn tolerates(&self, g: DVec2) -> bool {
         self.misfit(g) <= self.limit
     }
 
     /// Numerator and denominator of the best slope along a direction, per m² of the plane.
-    fn along(&self, u: DVec2) -> (f64, f64) {
+    pub(crate) fn along(&self, u: DVec2) -> (f64, f64) {
         let [xx, xy, xz, yy, yz, _] = self.moments.matrix();
         (u.x * xz + u.y * yz, u.x * u.x * xx + 2.0 * u.x * u.y * xy + u.y * u.y * yy)
     }
@@ -106,7 +108,7 @@ impl Item {
 /// 4. level planes of nearly equal height become equally high.
 ///
 /// `facade_angles` in radians. `height` is the raster that the planes were detected on; the figures of the planes
-/// (rms) follow. O(pixels + planes²).
+/// (rms) follow. O(pixels), and O(pairs · log) for pairs of planes, of more than 2,000 those within 100 m of each other.
 ///
 /// # Panics
 /// If height and labels differ in size.
@@ -192,91 +194,6 @@ fn turn(items: &mut [Item], angles: &[f64], params: &Params) -> usize {
         }
     }
     turned
-}
-
-/// Classes of equal slope: pairs join in the order of how strongly symmetry is expected of them.
-fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
-    let mut pairs: Vec<(u8, f64, usize, usize)> = Vec::new();
-    for i in 0..items.len() {
-        for j in i + 1..items.len() {
-            let (a, b) = (&items[i], &items[j]);
-            if a.slope <= 0.0 || b.slope <= 0.0 {
-                continue;
-            }
-            let between = (a.direction.to_angle() - b.direction.to_angle()).rem_euclid(TAU);
-            let near = |angle: f64| (between - angle).abs() < 0.17 || (between - angle).abs() > TAU - 0.17;
-            let kind = if near(PI) {
-                0
-            } else if near(0.0) {
-                1
-            } else if near(FRAC_PI_2) || near(3.0 * FRAC_PI_2) {
-                2
-            } else {
-                continue;
-            };
-            let off = (a.slope.atan() - b.slope.atan()).abs();
-            if off <= params.slope.to_radians() {
-                pairs.push((kind, off, i, j));
-            }
-        }
-    }
-    pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then((a.2, a.3).cmp(&(b.2, b.3))));
-    let mut class: Vec<usize> = (0..items.len()).collect();
-    for (_, _, i, j) in pairs {
-        let (p, q) = (class[i].min(class[j]), class[i].max(class[j]));
-        if p == q {
-            continue;
-        }
-        let members: Vec<usize> = (0..items.len()).filter(|&k| class[k] == p || class[k] == q).collect();
-        let (mut num, mut den) = (0.0, 0.0);
-        for &k in &members {
-            let (n, d) = items[k].along(items[k].direction);
-            // Orthogonal distances of steep planes are smaller than vertical ones.
-            let weight = items[k].area / (1.0 + items[k].slope * items[k].slope);
-            num += weight * n;
-            den += weight * d;
-        }
-        let slope = num / den.max(1e-12);
-        let fits = |item: &Item| {
-            let change = (slope.atan() - item.free_slope.atan()).abs();
-            change <= params.slope.to_radians() && item.tolerates(item.direction * slope)
-        };
-        if slope > 0.0 && members.iter().all(|&k| fits(&items[k])) {
-            for &k in &members {
-                class[k] = p;
-                items[k].slope = slope;
-            }
-        }
-    }
-    (0..items.len()).filter(|&k| (0..items.len()).any(|l| l != k && class[l] == class[k])).count()
-}
-
-/// Joins level planes to groups of one height, the nearest two groups first, while no member moves by more than
-/// half the tolerance.
-fn equal_heights(planes: &mut Planes, items: &[Item], params: &Params) -> usize {
-    let mut groups: Vec<(f64, f64, Vec<usize>)> = (0..items.len())
-        .filter(|&k| items[k].slope == 0.0)
-        .map(|k| (items[k].moments.centroid().z, items[k].area, vec![k]))
-        .collect();
-    groups.sort_by(|a, b| a.0.total_cmp(&b.0));
-    loop {
-        let gap = |k: usize| groups[k + 1].0 - groups[k].0;
-        let nearest = (0..groups.len().saturating_sub(1)).min_by(|&i, &j| gap(i).total_cmp(&gap(j)));
-        let Some(k) = nearest.filter(|&k| gap(k) < params.height) else { break };
-        let (z, area, members) = groups.remove(k + 1);
-        let group = &mut groups[k];
-        group.0 = (group.0 * group.1 + z * area) / (group.1 + area);
-        group.1 += area;
-        group.2.extend(members);
-    }
-    let mut equal = 0;
-    for (z, _, members) in groups.iter().filter(|g| g.2.len() > 1) {
-        for &k in members {
-            planes.planes[k].plane = Plane::horizontal(*z);
-            equal += 1;
-        }
-    }
-    equal
 }
 
 fn through(gradient: DVec2, moments: &Covariance3) -> Plane {

@@ -28,4 +28,7 @@ pub struct Planes {
     pub planes: Vec<RoofPlane>,
     /// Index of the plane of each pixel, or [`UNASSIGNED`].
     pub labels: Raster<u16>,
+    /// Whether the search ended before its time, having held as many regions against each other as it may: then one plane may
+    /// have been found as several.
+    pub cut_short: bool,
 }
