@@ -6,9 +6,10 @@
 
 use crate::creases::borders;
 use crate::surface::NONE;
-use gable_geometry::{DVec2, DisjointSets, Plane};
+use gable_geometry::{DVec2, Plane};
 use gable_lines::LineSegment;
 use gable_ortho::Raster;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Eaves whose heights differ by less than this become equal, metres.
 const TOLERANCE: f64 = 0.3;
@@ -32,20 +33,27 @@ struct Eave {
 }
 
 /// Moves walls (metres, the roof to their left) across themselves so that the eaves of planes that touch each other in
-/// the labelling become level with each other, the most nearly equal first. O(walls · pixels along them + eaves²).
+/// the labelling become level with each other, the most nearly equal first. O(walls · pixels along them),
+/// and O(pairs · log) for pairs of eaves of planes that touch.
 pub(crate) fn level(walls: &mut [LineSegment], surface: &Raster<u16>, planes: &[Plane]) {
     let eaves: Vec<Eave> = (0..walls.len()).filter_map(|w| eave(w, &walls[w], surface, planes)).collect();
-    let touching = borders(surface);
+    let mut on_plane: BTreeMap<u16, Vec<usize>> = BTreeMap::new();
+    for (k, eave) in eaves.iter().enumerate() {
+        on_plane.entry(eave.plane).or_default().push(k);
+    }
+    let on = |plane: u16| on_plane.get(&plane).map_or(&[][..], Vec::as_slice);
     let mut pairs = Vec::new();
-    for i in 0..eaves.len() {
-        for j in i + 1..eaves.len() {
-            let (a, b) = (&eaves[i], &eaves[j]);
-            let pair = [a.plane.min(b.plane), a.plane.max(b.plane)];
-            let apart = (a.height - b.height).abs();
-            if apart < TOLERANCE && (a.plane == b.plane || touching.contains_key(&pair)) {
-                pairs.push((apart, i, j));
-            }
+    let mut add = |i: usize, j: usize| {
+        let apart = (eaves[i].height - eaves[j].height).abs();
+        if apart < TOLERANCE {
+            pairs.push((apart, i.min(j), i.max(j)));
         }
+    };
+    for own in on_plane.values() {
+        own.iter().enumerate().for_each(|(n, &i)| own[n + 1..].iter().for_each(|&j| add(i, j)));
+    }
+    for [p, q] in borders(surface).into_keys() {
+        on(p).iter().for_each(|&i| on(q).iter().for_each(|&j| add(i, j)));
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mean = |members: &[usize]| {
@@ -53,17 +61,30 @@ pub(crate) fn level(walls: &mut [LineSegment], surface: &Raster<u16>, planes: &[
             members.iter().fold((0.0, 0.0), |(s, l), &k| (s + eaves[k].height * eaves[k].length, l + eaves[k].length));
         sum / length
     };
-    let mut sets = DisjointSets::new(eaves.len());
+    // The eaves of each set, ascending, under the smallest; and the set of each eave.
+    let mut sets: Vec<Vec<usize>> = (0..eaves.len()).map(|k| vec![k]).collect();
+    let mut set: Vec<usize> = (0..eaves.len()).collect();
+    // Sets that did not fit together, with their sizes: they do not as long as neither grows.
+    let mut refused: BTreeSet<[(usize, usize); 2]> = BTreeSet::new();
     for (_, i, j) in pairs {
-        let (p, q) = (sets.find(i), sets.find(j));
-        let members: Vec<usize> = (0..eaves.len()).filter(|&k| [p, q].contains(&sets.find(k))).collect();
+        let (p, q) = (set[i].min(set[j]), set[i].max(set[j]));
+        let both = [(p, sets[p].len()), (q, sets[q].len())];
+        if p == q || refused.contains(&both) {
+            continue;
+        }
+        let mut members = [sets[p].as_slice(), &sets[q]].concat();
+        members.sort_unstable();
         let height = mean(&members);
         let moves = |k: usize| (height - eaves[k].height).abs();
         if members.iter().all(|&k| moves(k) < 0.5 * TOLERANCE && moves(k) < FARTHEST * eaves[k].slope) {
-            sets.join(p, q);
+            members.iter().for_each(|&k| set[k] = p);
+            sets[q].clear();
+            sets[p] = members;
+        } else {
+            refused.insert(both);
         }
     }
-    for members in sets.sets() {
+    for members in sets.into_iter().filter(|members| !members.is_empty()) {
         let height = mean(&members);
         for eave in members.iter().map(|&k| &eaves[k]) {
             let wall = &mut walls[eave.wall];
@@ -80,7 +101,7 @@ fn eave(wall: usize, segment: &LineSegment, surface: &Raster<u16>, planes: &[Pla
     let left = along.try_normalize()?.perp();
     let pixel = surface.window().step;
     let count = ((along.length() / pixel) as usize).max(2);
-    let mut seen: std::collections::BTreeMap<u16, usize> = Default::default();
+    let mut seen: BTreeMap<u16, usize> = Default::default();
     for i in 0..count {
         let at = segment.a + along * ((i as f64 + 0.5) / count as f64);
         let label = |side: f64| surface.at(at + left * side * 0.6).copied().unwrap_or(NONE);

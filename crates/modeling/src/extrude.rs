@@ -4,6 +4,7 @@
 //! regions, where two planes cross along an edge, and shared vertices, so that the shell is a closed
 //! 2-manifold by construction.
 
+use crate::nesting::Nest;
 use crate::partition::{Partition, Region};
 use gable_city_model::{Attributes, Face, Semantic, Shell};
 use gable_geometry::{DVec2, Plane};
@@ -266,15 +267,11 @@ fn undersides(partition: &Partition, levels: &Levels, corners: &BTreeMap<u32, u3
     let points = |ring: &Vec<u32>| partition.points(ring);
     let area = |ring: &Vec<u32>| gable_geometry::ring_area(&points(ring));
     let (outers, holes): (Vec<_>, Vec<_>) = rings.into_iter().partition(|r| area(r) > 0.0);
+    let nest = Nest::of(outers.iter().map(points).collect());
     let mut faces: Vec<Vec<Vec<u32>>> = outers.into_iter().map(|o| vec![o]).collect();
     for hole in holes {
-        let p = partition.vertices[hole[0] as usize];
-        let holder = faces
-            .iter_mut()
-            .filter(|f| gable_geometry::ring_contains(&partition.points(&f[0]), p))
-            .min_by(|a, b| area(&a[0]).total_cmp(&area(&b[0])));
-        if let Some(f) = holder {
-            f.push(hole);
+        if let Some(i) = nest.smallest_around(partition.vertices[hole[0] as usize]) {
+            faces[i].push(hole);
         }
     }
     let down = |ring: Vec<u32>| ring.into_iter().rev().map(|v| levels.base(v)).collect();

@@ -33,7 +33,16 @@ pub(crate) fn offset(wall: &LineSegment, walls: &Raster<WallEvidence>) -> Option
     let near = GridWindow::covering(Box2::of([wall.a, wall.b]).grown(REACH), window.step).intersection(&window);
     let mut facets: Vec<(f64, f64)> = Vec::new();
     for y in 0..near.height {
-        for x in 0..near.width {
+        // A long wall that runs askew has a large box: only what lies beside it in each row is looked at.
+        let first = near.centre(0, y);
+        let column = |across: f64| (wall.a.x + (across - (first.y - wall.a.y) * left.y) / left.x - first.x) / near.step;
+        let (low, high) = (column(-REACH).min(column(REACH)), column(-REACH).max(column(REACH)));
+        let beside = if left.x.abs() > 0.01 {
+            ((low - 1.0).max(0.0) as usize).min(near.width)..((high + 2.0).max(0.0) as usize).min(near.width)
+        } else {
+            0..near.width
+        };
+        for x in beside {
             let at = near.centre(x, y);
             let (t, d) = ((at - wall.a).dot(unit) - CORNER, (at - wall.a).dot(left));
             if !(0.0..=usable).contains(&t) || d.abs() > REACH {

@@ -22,14 +22,16 @@ pub(crate) struct Weights {
 }
 
 /// A label for each face of the arrangement: an index into `planes`, or `None` for ground. The unbounded face is
-/// ground. `surface` is the pixel labelling, whose `NONE` lies outside the building.
+/// ground. `surface` is the pixel labelling, whose `NONE` lies outside the building. Nothing if holding pixels against the
+/// planes near their faces would be done more than `most_work` times.
 pub(crate) fn assign(
     arrangement: &Arrangement,
     planes: &[Plane],
     surface: &Raster<u16>,
     height: &Raster<f32>,
     weights: Weights,
-) -> Result<Vec<Option<u16>>, gable_graph_cut::Error> {
+    most_work: usize,
+) -> Result<Option<Vec<Option<u16>>>, gable_graph_cut::Error> {
     let window = surface.window();
     let count = arrangement.faces().len();
     let labels = planes.len() + 1;
@@ -38,17 +40,35 @@ pub(crate) fn assign(
     let owner = arrangement.face_raster(window.x0, window.y0, window.width, window.height, window.step);
 
     let mut pixels = vec![0usize; count];
-    let mut present = vec![false; count * planes.len()];
+    let mut present: Vec<Vec<u16>> = vec![Vec::new(); count];
     for (p, &face) in owner.iter().enumerate() {
         pixels[face as usize] += 1;
         let plane = surface.values()[p];
-        if plane != NONE {
-            present[face as usize * planes.len() + plane as usize] = true;
+        let own = &mut present[face as usize];
+        if plane != NONE && own.last() != Some(&plane) {
+            own.push(plane);
+            // Rows of pixels name the same planes again and again.
+            if own.len().is_power_of_two() {
+                own.sort_unstable();
+                own.dedup();
+            }
         }
     }
-    let near = spread(arrangement, &present, planes.len());
+    let near = spread(arrangement, present);
+    let work: usize = pixels.iter().zip(&near).map(|(pixels, planes)| pixels * planes.len()).sum();
+    if work.max(count * labels) > most_work {
+        return Ok(None);
+    }
 
-    let mut unary = vec![0.0; count * labels];
+    // Large against any sum of costs, small enough to keep f64 sums exact to a millilitre.
+    let forbidden = 1e7;
+    let mut unary = vec![forbidden; count * labels];
+    for (face, planes) in near.iter().enumerate() {
+        unary[face * labels + ground] = 0.0;
+        for &plane in planes {
+            unary[face * labels + usize::from(plane)] = 0.0;
+        }
+    }
     let mut add = |face: usize, pixel: usize, area: f64| {
         let own = surface.values()[pixel];
         let z = height.values()[pixel];
@@ -56,20 +76,21 @@ pub(crate) fn assign(
         let costs = &mut unary[face * labels..(face + 1) * labels];
         let inside = own != NONE;
         costs[ground] += if inside { area * weights.truncation } else { 0.0 };
-        for (plane, cost) in planes.iter().zip(costs) {
+        for &plane in &near[face] {
             let residual = match (inside, z.is_nan()) {
                 (false, _) => weights.truncation,
                 (true, true) => 0.0,
-                (true, false) => (f64::from(z) - plane.height(at)).abs().min(weights.truncation),
+                (true, false) => (f64::from(z) - planes[usize::from(plane)].height(at)).abs().min(weights.truncation),
             };
+            let cost = &mut costs[usize::from(plane)];
             *cost += area * residual;
-        }
-        if inside {
             // Everything but the pixel's own plane and the ground pays.
-            for cost in &mut unary[face * labels..face * labels + ground] {
+            if inside {
                 *cost += area * weights.stranger;
             }
-            unary[face * labels + own as usize] -= area * weights.stranger;
+            if plane == own {
+                *cost -= area * weights.stranger;
+            }
         }
     };
     for (p, &face) in owner.iter().enumerate() {
@@ -84,34 +105,30 @@ pub(crate) fn assign(
             add(f, y * window.width + x, face.area);
         }
     }
-    // Large against any sum of costs, small enough to keep f64 sums exact to a millilitre.
-    let forbidden = 1e7;
-    for f in 0..count {
-        for l in 0..planes.len() {
-            if f == 0 || !near[f * planes.len() + l] {
-                unary[f * labels + l] = forbidden;
-            }
-        }
-    }
     let edges =
         arrangement.edges().filter(|e| e.left != e.right).map(|e| (e.left, e.right, weights.beta * e.length)).collect();
     let problem = GraphProblem { labels, unary, edges };
     let start = gable_graph_cut::data_optimum(labels, &problem.unary);
     let (labelling, _) = expand(&problem, start, &Options::default())?;
-    Ok(labelling.into_iter().map(|l| (usize::from(l) != ground).then_some(l)).collect())
+    Ok(Some(labelling.into_iter().map(|l| (usize::from(l) != ground).then_some(l)).collect()))
 }
 
-/// A plane may cover the faces that hold its pixels and those that touch one of them.
-fn spread(arrangement: &Arrangement, present: &[bool], planes: usize) -> Vec<bool> {
-    let mut near = present.to_vec();
-    for e in arrangement.edges() {
-        for (a, b) in [(e.left, e.right), (e.right, e.left)] {
-            for l in 0..planes {
-                if present[a as usize * planes + l] {
-                    near[b as usize * planes + l] = true;
-                }
-            }
-        }
+/// The planes that may cover each face, ascending: those that have pixels in it or in a face that touches it; none for the
+/// unbounded one.
+fn spread(arrangement: &Arrangement, mut present: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
+    for own in &mut present {
+        own.sort_unstable();
+        own.dedup();
     }
-    near
+    let near = |(face, around): (usize, &Vec<(u32, f64)>)| {
+        let mut planes = Vec::new();
+        if face > 0 {
+            planes.extend_from_slice(&present[face]);
+            around.iter().for_each(|&(other, _)| planes.extend_from_slice(&present[other as usize]));
+        }
+        planes.sort_unstable();
+        planes.dedup();
+        planes
+    };
+    arrangement.adjacency().iter().enumerate().map(near).collect()
 }

@@ -25,11 +25,12 @@ use crate::superstructures::{self, Limits};
 use crate::surface::{NONE, complete};
 use crate::under_trees;
 use crate::webs;
+use crate::work;
 use gable_arrangement::{Arrangement, Extension, Options, extend, link_loose_ends};
-use gable_geometry::{DVec2, Plane};
+use gable_geometry::{Box2, BoxTree, DVec2, Plane};
 use gable_lines::{
     LineSegment, LocalGraphParams, PolylineParams, Ring, fit_polyline, merge_collinear, orthogonalise_local_graph,
-    snap_directions, trace_outline,
+    snap_directions, trace_outline, trace_regions,
 };
 use gable_ortho::Raster;
 use gable_planes::Planes;
@@ -75,37 +76,78 @@ const CREASE_REACH: f64 = 1.2;
 pub(crate) struct Reconstruction {
     pub(crate) partition: Partition,
     pub(crate) planes: Vec<Plane>,
+    /// How it is simpler than the building, and why; `None` if it is not.
+    pub(crate) note: Option<String>,
 }
 
 impl Reconstruction {
-    /// Some of the regions, in the order given.
-    pub(crate) fn part(&self, regions: &[Region]) -> Self {
-        let mut group = vec![None; self.partition.regions];
-        regions.iter().enumerate().for_each(|(n, &r)| group[r] = Some(n));
-        Self { partition: self.partition.joined(&group), planes: regions.iter().map(|&r| self.planes[r]).collect() }
+    /// Groups of the regions apart, each in the order given.
+    pub(crate) fn parts(&self, groups: &[Vec<Region>]) -> Vec<Self> {
+        let part = |(regions, partition): (&Vec<Region>, Partition)| Self {
+            partition,
+            planes: regions.iter().map(|&r| self.planes[r]).collect(),
+            note: self.note.clone(),
+        };
+        groups.iter().zip(self.partition.parts(groups)).map(part).collect()
     }
 }
 
 /// Models one building down to its partition. `base` is the height of the ground.
 ///
 /// Where no plane holds on any face, as on small or ragged buildings, the straightened outline of the mask under one
-/// level plane is what remains.
+/// level plane is what remains. Where all planes would take more work than the building may, only the larger half of them is
+/// modelled, and so on.
 pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> Result<Reconstruction, String> {
     let outline = outline(input);
     let frames = facade_frames(&outline);
-    let (planes, labels) = roof_planes(input, &frames, params);
-    let mut surface = complete(&labels, &planes, &input.height, &input.mask);
-    let left = webs::without(input, &mut surface, &planes);
-    if let Some(found) = with_planes(left.as_ref().unwrap_or(input), &planes, surface, &frames, base, params)? {
-        return Ok(found);
+    let pixels = input.mask.values().iter().filter(|&&inside| inside).count();
+    let most_work = work::most(pixels, params);
+    let RoofPlanes { mut planes, labels, found, cut_short } = roof_planes(input, &frames, params, most_work);
+    let note = |kept: usize| match (kept < found, cut_short) {
+        (true, _) => {
+            let limit = if kept < params.max_planes { "modeling.work" } else { "modeling.max_planes" };
+            Some(format!("only {kept} of {found} roof planes are modelled, as {limit} allows"))
+        }
+        (false, true) => {
+            Some("roof planes may be divided: to compare all is more work than modeling.work allows".to_owned())
+        }
+        (false, false) => None,
+    };
+    while !planes.is_empty() {
+        let kept = planes.len() as u16;
+        let labels = labels.map(|&label| if label < kept { label } else { NONE });
+        let mut surface = complete(&labels, &planes, &input.height, &input.mask);
+        let left = webs::without(input, &mut surface, &planes);
+        let seen = left.as_ref().unwrap_or(input);
+        match with_planes(seen, &planes, surface, &frames, base, params, most_work)? {
+            Attempt::Made(made) => return Ok(Reconstruction { note: note(planes.len()), ..made }),
+            Attempt::NoRoof => break,
+            Attempt::TooMuchWork => planes.truncate(planes.len() / 2),
+        }
     }
+    let note =
+        planes.is_empty().then(|| "no roof plane is modelled: each is more work than modeling.work allows".to_owned());
     let level = [Plane::horizontal(median_height(input))];
     let all = input.mask.map(|&m| if m { 0 } else { NONE });
     let coarse = Params { collinear: 0.0, beta: 0.0, min_cell_area: 0.0, ..params.clone() };
-    with_planes(input, &level, all, &[], base, &coarse)?.ok_or_else(|| "no roof stands above the ground".to_owned())
+    // The outline under one plane is no more work than its pixels.
+    match with_planes(input, &level, all, &[], base, &coarse, usize::MAX)? {
+        Attempt::Made(made) => Ok(Reconstruction { note, ..made }),
+        Attempt::NoRoof | Attempt::TooMuchWork => Err("no roof stands above the ground".to_owned()),
+    }
 }
 
-/// The partition for given planes, and which of them each pixel of the mask lies on; `None` if none covers anything.
+/// What comes of modelling a building with given planes.
+enum Attempt {
+    /// Its partition.
+    Made(Reconstruction),
+    /// No plane covers any face.
+    NoRoof,
+    /// It was given up, for it would take more work than the building may.
+    TooMuchWork,
+}
+
+/// The partition for given planes, and which of them each pixel of the mask lies on, with `most_work` for each step.
 fn with_planes(
     input: &BuildingInput,
     planes: &[Plane],
@@ -113,27 +155,36 @@ fn with_planes(
     frames: &[f64],
     base: f64,
     params: &Params,
-) -> Result<Option<Reconstruction>, String> {
+    most_work: usize,
+) -> Result<Attempt, String> {
     let limits = Limits { area: params.superstructure_area, speck: SPECK, step: MEETING };
     superstructures::remove(&mut surface, planes, limits);
     let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
     let mut walls = walls(input, &surface, planes, frames, params);
     let weights = Weights { beta: params.beta, truncation: 1.0, stranger: 0.1 };
-    let mut arrangement = arrange(&walls, &creases, params);
-    let mut faces = assign(&arrangement, planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+    let Some(mut arrangement) = arrange(&walls, &creases, params, most_work) else { return Ok(Attempt::TooMuchWork) };
+    let label = |arrangement: &Arrangement| {
+        assign(arrangement, planes, &surface, &input.height, weights, most_work).map_err(|e| e.to_string())
+    };
+    let Some(mut faces) = label(&arrangement)? else { return Ok(Attempt::TooMuchWork) };
     let roof: Vec<bool> = faces.iter().map(Option::is_some).collect();
     let missing = leaks::missing_walls(outline(input), &arrangement, &roof, &input.mask);
     if !missing.is_empty() {
         walls.extend(missing);
-        arrangement = arrange(&walls, &creases, params);
-        faces = assign(&arrangement, planes, &surface, &input.height, weights).map_err(|e| e.to_string())?;
+        // Without room for the walls that are missing, the faces stay as they are.
+        if let Some(better) = arrange(&walls, &creases, params, most_work)
+            && let Some(labels) = label(&better)?
+        {
+            (arrangement, faces) = (better, labels);
+        }
     }
     let (partition, regions) = dissolve(&arrangement, &faces);
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();
     let (partition, planes) = clip_to_ground(partition, planes, base + LOWEST_EAVE);
     let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
-    Ok((!planes.is_empty()).then_some(Reconstruction { partition, planes }))
+    let made = Reconstruction { partition, planes, note: None };
+    Ok(if made.planes.is_empty() { Attempt::NoRoof } else { Attempt::Made(made) })
 }
 
 /// The building with what crowns hide of it; `None` if they hide nothing that is known.
@@ -148,21 +199,33 @@ fn outline(input: &BuildingInput) -> Vec<LineSegment> {
     trace_outline(&input.mask).iter().flat_map(fit).collect()
 }
 
-/// The planes of the roof, regularised, and the pixels that support them. A building without any plane gets a level
-/// one at its median height.
-fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<Plane>, Raster<u16>) {
+/// The planes of a roof, the largest first, regularised.
+struct RoofPlanes {
+    planes: Vec<Plane>,
+    /// The plane that each pixel supports.
+    labels: Raster<u16>,
+    /// How many were found, those that are left out among them.
+    found: usize,
+    /// Whether the search ended before its time.
+    cut_short: bool,
+}
+
+/// The planes of the roof. A building without any plane gets a level one at its median height.
+fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params, most_work: usize) -> RoofPlanes {
+    let all = |planes: Vec<Plane>, labels| RoofPlanes { found: planes.len(), planes, labels, cut_short: false };
     if let Some(known) = &input.roof {
-        return (known.planes.clone(), known.labels.clone());
+        return all(known.planes.clone(), known.labels.clone());
     }
     let detection = gable_planes::Params {
         distance: params.plane_distance,
         angle: params.plane_angle,
         min_area: params.plane_area,
+        most_pairs: most_work / work::PAIR,
         ..Default::default()
     };
     let mut found = gable_planes::detect(&input.height, Some(&input.normal), &input.mask, &detection);
     if found.planes.is_empty() {
-        return (vec![Plane::horizontal(median_height(input))], input.mask.map(|&m| if m { 0 } else { NONE }));
+        return all(vec![Plane::horizontal(median_height(input))], input.mask.map(|&m| if m { 0 } else { NONE }));
     }
     let spires = gable_planes::Params { max_slope: STEEPEST, ..detection.clone() };
     let towers =
@@ -173,10 +236,8 @@ fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> (Vec<P
     }
     explain_rest(input, &mut found, &off, superstructures::TALL, &towers);
     gable_planes::regularise(&mut found, &input.height, frames, &Default::default());
-    found.planes.truncate(params.max_planes.min(usize::from(NONE)));
-    let kept = found.planes.len() as u16;
-    let labels = found.labels.map(|&l| if l < kept { l } else { NONE });
-    (found.planes.iter().map(|p| p.plane).collect(), labels)
+    let planes = found.planes.iter().map(|p| p.plane).take(params.max_planes.min(usize::from(NONE))).collect();
+    RoofPlanes { planes, labels: found.labels, found: found.planes.len(), cut_short: found.cut_short }
 }
 
 /// How far the surface lies off the planes that were found, continued over the whole building, metres; NaN outside of it.
@@ -218,6 +279,7 @@ fn explain_rest(
         }
     }
     found.planes.extend(more.planes);
+    found.cut_short |= more.cut_short;
     found.planes.len() > usize::from(first)
 }
 
@@ -238,11 +300,10 @@ fn walls(
     params: &Params,
 ) -> Vec<LineSegment> {
     let mut found = Vec::new();
-    for plane in 0..planes.len() as u16 {
-        let region = surface.map(|&l| l == plane);
-        for ring in trace_outline(&region) {
-            found.extend(fit_polyline(&ring.middles(), &PolylineParams::default()));
-        }
+    let mut rings = trace_regions(surface, NONE);
+    rings.sort_by_key(|(plane, _)| *plane);
+    for (_, ring) in &rings {
+        found.extend(fit_polyline(&ring.middles(), &PolylineParams::default()));
     }
     found.retain(|s| s.length() >= 0.75 * params.line_length && is_step(s, surface, planes));
     for segment in &mut found {
@@ -323,8 +384,9 @@ fn facade_frames(walls: &[LineSegment]) -> Vec<f64> {
     frames.into_iter().map(|f| f.angle).collect()
 }
 
-/// The subdivision of the plane by walls and creases.
-fn arrange(walls: &[LineSegment], creases: &[Crease], params: &Params) -> Arrangement {
+/// The subdivision of the plane by walls and creases; `None` if so many of them come near each other that it would take
+/// more than `most_work`.
+fn arrange(walls: &[LineSegment], creases: &[Crease], params: &Params, most_work: usize) -> Option<Arrangement> {
     let ends: Vec<(DVec2, DVec2)> =
         walls.iter().map(|s| (s.a, s.b)).chain(creases.iter().map(|c| (c.a, c.b))).collect();
     let rule = Extension::UntilHit { ratio: params.extension, limit: 2.0, touch: 1e-3 };
@@ -338,5 +400,20 @@ fn arrange(walls: &[LineSegment], creases: &[Crease], params: &Params) -> Arrang
     let links = link_loose_ends(&lines, walls.len(), CORNER_GAP, 2.0 * OVERSHOOT);
     lines.extend(links);
     // Nothing snaps to more than a lattice of a millimetre: planes must still meet in their creases.
-    Arrangement::build(&lines, &Options::default())
+    has_pairs_up_to(&lines, most_work / work::PAIR).then(|| Arrangement::build(&lines, &Options::default()))
+}
+
+/// Whether no more than `most` pairs of lines have boxes that meet: only they can cross.
+fn has_pairs_up_to(lines: &[(DVec2, DVec2)], most: usize) -> bool {
+    let boxes: Vec<Box2> = lines.iter().map(|&(a, b)| Box2::of([a, b])).collect();
+    let tree = BoxTree::new(&boxes);
+    let mut pairs = 0;
+    for own in &boxes {
+        // Each line meets itself, and each pair is seen from both sides.
+        tree.visit(own, |_| pairs += 1);
+        if pairs > most.saturating_mul(2).saturating_add(lines.len()) {
+            return false;
+        }
+    }
+    true
 }

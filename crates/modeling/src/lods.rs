@@ -3,10 +3,10 @@
 use crate::collapse::short_edges;
 use crate::mend::mend;
 use crate::partition::{Partition, Region};
-use crate::{extrude, junctions, roof};
+use crate::{extrude, junctions, roof, work};
 use gable_city_model::validate::validate_surfaces;
 use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, quantised, validate_solid};
-use gable_geometry::{DVec2, DisjointSets, Plane};
+use gable_geometry::{Box2, DVec2, DisjointSets, Plane};
 
 /// Length of the cut that parts a non-manifold junction, metres.
 const CUT: f64 = 0.05;
@@ -24,22 +24,28 @@ pub(crate) struct Levels {
 }
 
 /// Builds all LODs from a partition with a plane for each region and an underside at `base`. What does not pass
-/// validation is left out, and the reason is kept.
-pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Levels {
+/// validation is left out, and the reason is kept; so is what would have to be mended with more than `most_work`.
+pub(crate) fn build(
+    partition: &Partition,
+    planes: &[Plane],
+    base: f64,
+    tolerances: &Tolerances,
+    most_work: usize,
+) -> Levels {
     let mut reason = None;
     let mut note = |lod: &str, issue: String| {
         reason.get_or_insert(format!("{lod}: {issue}"));
     };
-    let lod2 = solids(partition, planes, base, tolerances).unwrap_or_else(|issue| {
+    let lod2 = solids(partition, planes, base, tolerances, most_work).unwrap_or_else(|issue| {
         note("LOD2", issue);
         Vec::new()
     });
     let (blocks, heights) = blocks(partition, planes);
-    let lod1 = solids(&blocks, &heights, base, tolerances)
+    let lod1 = solids(&blocks, &heights, base, tolerances, most_work)
         .or_else(|_| {
             // One block at the mean height has no inner walls, in which a step could fail.
             let (whole, mean) = whole(partition, planes);
-            solids(&whole, &mean, base, tolerances)
+            solids(&whole, &mean, base, tolerances, most_work)
         })
         .unwrap_or_else(|issue| {
             note("LOD1", issue);
@@ -63,33 +69,79 @@ pub(crate) fn build(partition: &Partition, planes: &[Plane], base: f64, toleranc
 /// Edges shorter than these (metres) are collapsed in turn until a shape is valid.
 const COARSER: [f64; 3] = [0.0, 0.25, 0.6];
 
-/// Most places that are mended before the whole shape is made coarser.
-const MOST_MENDS: usize = 100;
+/// Most times that places are mended before the whole shape is made coarser, and most places each time.
+const MOST_ROUNDS: usize = 100;
+const MOST_PLACES: usize = 100;
+
+/// Places as near as this to one that was just mended are looked at anew before they are mended too, metres.
+const APART: f64 = 3.0;
 
 /// One closed shell for each connected part, validated as it will be written. Where one is not valid, the shape is made
-/// coarser there; if that does not help, it is made coarser everywhere.
-fn solids(partition: &Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, String> {
+/// coarser there; if that does not help, it is made coarser everywhere. Given up when all that is raised and validated weighs
+/// more than `most_work`.
+fn solids(
+    partition: &Partition,
+    planes: &[Plane],
+    base: f64,
+    tolerances: &Tolerances,
+    most_work: usize,
+) -> Result<Vec<Shell>, String> {
     let mut first = None;
+    let mut work = 0;
+    let mut may_raise = |part: &Partition| {
+        // The first is raised whatever it weighs: that much is linear.
+        let may = work == 0 || work <= most_work;
+        work += work::EDGE * part.edges.len();
+        may
+    };
     let (mut part, mut heights) = (partition.clone(), planes.to_vec());
-    for _ in 0..MOST_MENDS {
-        let defect = match solids_of(prepared(&part, &heights, 0.0), &heights, base, tolerances) {
+    for _ in 0..MOST_ROUNDS {
+        if !may_raise(&part) {
+            let first = first.unwrap_or_default();
+            return Err(format!("{first}; to mend all such places is more work than modeling.work allows"));
+        }
+        let defects = match solids_of(prepared(&part, &heights, 0.0), &heights, base, tolerances) {
             Ok(shells) => return Ok(shells),
-            Err(defect) => defect,
+            Err(defects) => defects,
         };
-        let mended = mend(&part, &heights, &defect.outline);
         // What is wrong with the full shape says more than what is wrong with a coarser one.
-        first.get_or_insert(defect.message);
+        first = first.or_else(|| defects.first().map(|defect| defect.message.clone()));
+        let mended = mend_all(&part, &heights, &defects);
         match mended {
             Some(next) => (part, heights) = next,
             None => break,
         }
     }
     for shortest in &COARSER[1..] {
-        if let Ok(shells) = solids_of(prepared(partition, planes, *shortest), planes, base, tolerances) {
+        if may_raise(partition)
+            && let Ok(shells) = solids_of(prepared(partition, planes, *shortest), planes, base, tolerances)
+        {
             return Ok(shells);
         }
     }
     Err(first.unwrap_or_default())
+}
+
+/// Mends the first of some defects, and those that are far enough from each other to have nothing to do with it; `None` if
+/// the first cannot be mended.
+fn mend_all(partition: &Partition, planes: &[Plane], defects: &[Defect]) -> Option<(Partition, Vec<Plane>)> {
+    let mut mended: Option<(Partition, Vec<Plane>)> = None;
+    let mut places: Vec<Box2> = Vec::new();
+    for defect in defects.iter().take(MOST_PLACES) {
+        let place = Box2::of(defect.outline.iter().copied()).grown(APART);
+        if places.iter().any(|other| other.intersects(&place)) {
+            continue;
+        }
+        let (part, heights) = mended.as_ref().map_or((partition, planes), |(part, heights)| (part, heights));
+        match mend(part, heights, &defect.outline) {
+            Some(next) => mended = Some(next),
+            // It will be the first of those that remain.
+            None if mended.is_some() => continue,
+            None => return None,
+        }
+        places.push(place);
+    }
+    mended
 }
 
 /// Why a shell is not valid, and the outline of the face that is to blame, on the ground.
@@ -108,42 +160,32 @@ fn prepared(partition: &Partition, planes: &[Plane], shortest: f64) -> Partition
     part
 }
 
-fn solids_of(part: Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, Defect> {
+/// A shell for each connected part, or all that is wrong with any of them.
+fn solids_of(part: Partition, planes: &[Plane], base: f64, tolerances: &Tolerances) -> Result<Vec<Shell>, Vec<Defect>> {
     let mut out = Vec::new();
-    for group in connected(&part) {
-        let keep: Vec<Option<Region>> = (0..part.regions).map(|r| group[r].then_some(r)).collect();
-        let (mut shell, regions) = extrude::extrude(&part.joined(&keep), planes, base);
+    let mut defects = Vec::new();
+    let groups = groups(part.regions, &neighbours(&part, |_, _| true));
+    for (group, part) in groups.iter().zip(part.parts(&groups)) {
+        let planes: Vec<Plane> = group.iter().map(|&r| planes[r]).collect();
+        let (mut shell, regions) = extrude::extrude(&part, &planes, base);
         for (face, region) in shell.faces.iter_mut().zip(regions) {
             face.attributes = roof::surface_attributes(&planes[region]);
         }
         let shell = quantised(&shell);
-        if let Some(issue) = validate_solid(&shell, tolerances).first() {
+        for issue in validate_solid(&shell, tolerances) {
             let message = format!("{} (of {} faces)", issue.message, shell.faces.len());
             let corners =
                 issue.face.and_then(|f| shell.faces.get(f)).into_iter().flat_map(|f| f.rings.iter().flatten());
             let outline = corners.filter_map(|&v| shell.vertices.get(v as usize)).map(|v| v.truncate()).collect();
-            return Err(Defect { message, outline });
+            defects.push(Defect { message, outline });
         }
         out.push(shell);
     }
     if out.is_empty() {
         let message = "no roof is left above the ground".to_owned();
-        return Err(Defect { message, outline: Vec::new() });
+        defects.push(Defect { message, outline: Vec::new() });
     }
-    Ok(out)
-}
-
-/// Groups of regions that share edges, as flags by region.
-fn connected(partition: &Partition) -> Vec<Vec<bool>> {
-    let neighbours = neighbours(partition, |_, _| true);
-    groups(partition.regions, &neighbours)
-        .into_iter()
-        .map(|members| {
-            let mut flags = vec![false; partition.regions];
-            members.into_iter().for_each(|r| flags[r] = true);
-            flags
-        })
-        .collect()
+    if defects.is_empty() { Ok(out) } else { Err(defects) }
 }
 
 /// Pairs of regions that share an edge for which `joins` holds, each once as (smaller, larger).
@@ -268,7 +310,7 @@ mod tests {
     #[test]
     fn a_gable_house_in_all_lods() {
         let planes = [Plane { a: 0.5, b: 0.0, c: 3.0 }, Plane { a: -0.5, b: 0.0, c: 7.0 }];
-        let levels = build(&pair(), &planes, 0.0, &Tolerances::default());
+        let levels = build(&pair(), &planes, 0.0, &Tolerances::default(), usize::MAX);
         assert_eq!(levels.reason, None);
         let lods = levels.lods;
         assert_eq!((lods.lod2.len(), lods.lod2[0].faces.len()), (1, 7));
@@ -280,7 +322,7 @@ mod tests {
     #[test]
     fn a_step_gives_two_blocks() {
         let planes = [Plane::horizontal(9.0), Plane::horizontal(4.0)];
-        let levels = build(&pair(), &planes, 0.0, &Tolerances::default());
+        let levels = build(&pair(), &planes, 0.0, &Tolerances::default(), usize::MAX);
         assert_eq!(levels.lods.lod1[0].faces.len(), 8);
         assert!((levels.lods.lod1[0].volume() - 16.0 * 13.0).abs() < 1e-9);
     }

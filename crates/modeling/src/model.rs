@@ -1,11 +1,12 @@
 //! Models what hangs together in one mask.
 
+use crate::fill::pixels_inside;
 use crate::gable::{self, Reconstruction};
 use crate::input::BuildingInput;
 use crate::params::{Method, Params};
 use crate::partition::Partition;
 use crate::roof::{RoofType, round};
-use crate::{lods, party_walls, zhu2018};
+use crate::{lods, party_walls, work, zhu2018};
 use gable_city_model::{Attributes, Lods, Value};
 use gable_geometry::{Box2, Plane, Polygon};
 use gable_ortho::{GridWindow, Raster};
@@ -19,6 +20,8 @@ pub struct BuildingModel {
     pub attributes: Attributes,
     /// Why an LOD is missing; `None` if none is.
     pub reason: Option<String>,
+    /// How the model is simpler than the building, and why; `None` if it is not.
+    pub note: Option<String>,
     /// Roof surfaces on the ground, each with its plane, in local metres.
     pub roofs: Vec<(Polygon, Plane)>,
     /// Footprint area, m².
@@ -59,12 +62,12 @@ pub fn model(input: &BuildingInput, params: &Params) -> Result<Vec<BuildingModel
     if buildings.len() < 2 {
         return Ok(vec![one(&found)]);
     }
-    Ok(buildings.iter().map(|regions| one(&found.part(regions))).collect())
+    Ok(found.parts(&buildings).iter().map(one).collect())
 }
 
 /// One building over ground at `base`, or higher where the ground at the building is higher.
 fn building(input: &BuildingInput, found: &Reconstruction, base: f64, params: &Params) -> BuildingModel {
-    let Reconstruction { partition, planes } = found;
+    let Reconstruction { partition, planes, .. } = found;
     let roofs: Vec<(Polygon, Plane)> = partition
         .polygons()
         .into_iter()
@@ -74,13 +77,15 @@ fn building(input: &BuildingInput, found: &Reconstruction, base: f64, params: &P
     let covered = Covered::by(input, &roofs);
     let ground = ground_height(input, &covered.pixels).unwrap_or(base);
     let base = ground.min(lowest_roof(partition, planes) - LOWEST_EAVE).max(base);
-    let levels = lods::build(partition, planes, base, &params.tolerances);
+    let pixels = covered.pixels.values().iter().filter(|&&covered| covered).count();
+    let levels = lods::build(partition, planes, base, &params.tolerances, work::most(pixels, params));
     let ridge = ridge_height(partition, planes);
     let area: f64 = roofs.iter().map(|r| r.0.area()).sum();
     let mut model = BuildingModel {
         lods: levels.lods,
         attributes: Attributes::new(),
         reason: levels.reason,
+        note: found.note.clone(),
         area,
         height: ridge - base,
         rmse: covered.rmse,
@@ -139,14 +144,12 @@ impl Covered {
         let mut roof = Raster::filled(window, f64::NAN);
         for (polygon, plane) in roofs {
             let area = GridWindow::covering(polygon.bounds(), step).intersection(&window);
-            for y in 0..area.height {
-                for x in 0..area.width {
-                    let at = area.centre(x, y);
-                    if let Some(pixel) = window.pixel(at).filter(|_| polygon.contains(at)) {
-                        roof[pixel] = plane.height(at);
-                    }
+            pixels_inside(polygon, area, |x, y| {
+                let at = area.centre(x, y);
+                if let Some(pixel) = window.pixel(at) {
+                    roof[pixel] = plane.height(at);
                 }
-            }
+            });
         }
         let reach = (EDGE / step).ceil() as i64;
         let covered = |x: i64, y: i64| {

@@ -35,6 +35,8 @@ pub struct Params {
     /// A step in the roof of at least this height may be a party wall between two buildings; 0 leaves what hangs together
     /// one building.
     pub party_wall_step: f64,
+    /// Work for each pixel of a building, counted as in `work.rs`, after which it gets a simpler model: fewer planes, or blocks.
+    pub work: usize,
     /// Least height of a roof above the ground.
     pub min_height: f64,
     /// What passes as valid.
@@ -79,6 +81,7 @@ impl Default for Params {
             beta: 0.4,
             beta_pixel: 10.0,
             party_wall_step: 0.5,
+            work: 2000,
             min_height: 2.0,
             tolerances: Tolerances::default(),
         }

@@ -1,5 +1,6 @@
 //! A labelled planar partition: the footprint cut into regions, each with one roof plane.
 
+use crate::nesting::Nest;
 use gable_geometry::{DVec2, Polygon, ring_area};
 use std::collections::BTreeMap;
 
@@ -194,17 +195,22 @@ impl Partition {
     /// Rings as sequences of vertices in which none repeats: a ring that touches itself is cut at the vertex.
     pub(crate) fn simple_rings(&self) -> Vec<(Region, Vec<u32>)> {
         let mut out = Vec::new();
+        // Where each vertex stands in the stack.
+        let mut place = vec![usize::MAX; self.vertices.len()];
         for (region, ring) in self.rings() {
             let mut stack: Vec<u32> = Vec::new();
             for v in self.ring_vertices(&ring) {
-                if let Some(at) = stack.iter().position(|&s| s == v) {
-                    let loop_ = stack.split_off(at);
+                if place[v as usize] != usize::MAX {
+                    let loop_ = stack.split_off(place[v as usize]);
+                    loop_.iter().for_each(|&u| place[u as usize] = usize::MAX);
                     if loop_.len() > 2 {
                         out.push((region, loop_));
                     }
                 }
+                place[v as usize] = stack.len();
                 stack.push(v);
             }
+            stack.iter().for_each(|&u| place[u as usize] = usize::MAX);
             if stack.len() > 2 {
                 out.push((region, stack));
             }
@@ -216,28 +222,25 @@ impl Partition {
     /// (outer one first).
     pub(crate) fn region_faces(&self) -> Vec<Vec<Vec<Vec<u32>>>> {
         let mut faces: Vec<Vec<Vec<Vec<u32>>>> = vec![Vec::new(); self.regions];
-        let rings = self.simple_rings();
-        let area = |ring: &[u32]| ring_area(&self.points(ring));
-        for (region, ring) in &rings {
-            if area(ring) > 0.0 {
-                faces[*region].push(vec![ring.clone()]);
+        let mut holes: Vec<Vec<Vec<u32>>> = vec![Vec::new(); self.regions];
+        for (region, ring) in self.simple_rings() {
+            if ring_area(&self.points(&ring)) > 0.0 {
+                faces[region].push(vec![ring]);
+            } else {
+                holes[region].push(ring);
             }
         }
-        for (region, ring) in rings {
-            if area(&ring) > 0.0 {
+        for (faces, holes) in faces.iter_mut().zip(holes) {
+            if holes.is_empty() {
                 continue;
             }
-            // A hole may touch its outer ring in a vertex, so the middle of an edge is asked for.
-            let middle = 0.5 * (self.vertices[ring[0] as usize] + self.vertices[ring[1] as usize]);
-            let holder = faces[region]
-                .iter()
-                .enumerate()
-                .map(|(i, f)| (i, self.points(&f[0])))
-                .filter(|(_, outer)| gable_geometry::ring_contains(outer, middle))
-                .min_by(|a, b| ring_area(&a.1).total_cmp(&ring_area(&b.1)))
-                .map(|(i, _)| i);
-            if let Some(i) = holder {
-                faces[region][i].push(ring);
+            let outer = Nest::of(faces.iter().map(|face| self.points(&face[0])).collect());
+            for ring in holes {
+                // A hole may touch its outer ring in a vertex, so the middle of an edge is asked for.
+                let middle = 0.5 * (self.vertices[ring[0] as usize] + self.vertices[ring[1] as usize]);
+                if let Some(i) = outer.smallest_around(middle) {
+                    faces[i].push(ring);
+                }
             }
         }
         faces
@@ -250,6 +253,52 @@ impl Partition {
             holes: face[1..].iter().map(|h| self.points(h)).collect(),
         };
         self.region_faces().iter().map(|faces| faces.iter().map(polygon).collect()).collect()
+    }
+
+    /// A partition for each group of regions, which are numbered by their places in the group. O(edges · log), whatever the
+    /// number of groups.
+    ///
+    /// # Panics
+    /// If a region is in two groups.
+    pub(crate) fn parts(&self, groups: &[Vec<Region>]) -> Vec<Self> {
+        let mut place = vec![None; self.regions];
+        for (g, regions) in groups.iter().enumerate() {
+            for (n, &region) in regions.iter().enumerate() {
+                assert!(place[region].replace((g, n)).is_none(), "region {region} is in two groups");
+            }
+        }
+        let mut kept: Vec<Vec<usize>> = vec![Vec::new(); groups.len()];
+        let mut number = vec![usize::MAX; self.edges.len()];
+        for (i, e) in self.edges.iter().enumerate() {
+            if let Some((g, _)) = place[e.region] {
+                number[i] = kept[g].len();
+                kept[g].push(i);
+            }
+        }
+        let part = |(regions, edges): (&Vec<Region>, Vec<usize>)| {
+            let edge = |&i: &usize| {
+                let e = self.edges[i];
+                Edge { region: place[e.region].map_or(0, |(_, n)| n), next: number[e.next], ..e }
+            };
+            let edges = edges.iter().map(edge).collect();
+            let mut part = Self { vertices: Vec::new(), edges, regions: regions.len() };
+            part.take_vertices(&self.vertices);
+            part
+        };
+        groups.iter().zip(kept).map(part).collect()
+    }
+
+    /// Takes from `all`, to which the edges refer, the vertices that they use, in the same order.
+    fn take_vertices(&mut self, all: &[DVec2]) {
+        let mut used: Vec<u32> = self.edges.iter().flat_map(|e| [e.from, e.to]).collect();
+        used.sort_unstable();
+        used.dedup();
+        self.vertices = used.iter().map(|&v| all[v as usize]).collect();
+        for e in &mut self.edges {
+            for end in [&mut e.from, &mut e.to] {
+                *end = used.partition_point(|&v| v < *end) as u32;
+            }
+        }
     }
 
     /// The same partition without the vertices that no edge uses.

@@ -5,37 +5,23 @@
 //! hip or a valley stay together, and so do the parts that no house could be, such as a lift head on a flat roof or the
 //! strips of a saw-tooth hall. Houses of one height under one roof cannot be told apart.
 
+use crate::joining::Parts;
 use crate::partition::{Partition, Region};
-use gable_geometry::{DVec2, DisjointSets, Plane};
+use gable_geometry::{Box2, BoxTree, DVec2, Plane};
 use std::collections::BTreeMap;
 
-/// Roofs belong together if they meet along at least this share of their common border.
-const MEETS: f64 = 0.4;
-
-/// What meets along less than this, against the square root of the smaller roof's area, is joined by a neck: by a crown
-/// between two houses, or by an archway.
-const NECK: f64 = 0.5;
-
 /// A smaller part is an annexe of its neighbour, m².
-const SMALLEST: f64 = 30.0;
-
-/// A house is bounded by open air along at least this share of its outline.
-const OUTSIDE: f64 = 0.1;
-
-/// The longest party wall, against the square root of the smaller house's area: a house is at most five times as deep
-/// as it is wide.
-const LONGEST: f64 = 2.3;
+pub(crate) const SMALLEST: f64 = 30.0;
 
 /// The regions of each building, in the order of their first region. Roofs whose heights differ by less than `step`
-/// metres meet. O(regions · borders · log).
+/// metres meet. O(borders · log²), and the neighbours of each part that can be no building.
 pub(crate) fn buildings(partition: &Partition, planes: &[Plane], step: f64) -> Vec<Vec<Region>> {
-    let borders = Borders::of(partition, planes, step);
     let areas = partition.areas();
-    let mut sets = DisjointSets::new(partition.regions);
-    while let Some((a, b)) = Parts::of(&borders, &areas, &mut sets).that_belong() {
-        sets.join(a, b);
+    let mut parts = Parts::of(&Borders::of(partition, planes, step), &areas);
+    while let Some((a, b)) = parts.that_belong() {
+        parts.join(a, b);
     }
-    with_specks(partition, &areas, sets.sets())
+    with_specks(partition, &areas, parts.into_sets())
 }
 
 /// Gives parts that touch nothing and are too small for a building to the nearest one that is not; if all are small, they
@@ -46,38 +32,60 @@ fn with_specks(partition: &Partition, areas: &[f64], parts: Vec<Vec<Region>>) ->
     if large.is_empty() {
         return vec![(0..partition.regions).collect()];
     }
-    let corners = |regions: &Vec<Region>| -> Vec<DVec2> {
-        let own = partition.edges.iter().filter(|e| regions.contains(&e.region));
-        own.map(|e| partition.vertices[e.from as usize]).collect()
-    };
-    let places: Vec<Vec<DVec2>> = large.iter().map(corners).collect();
-    for speck in specks {
-        let ends = corners(&speck);
-        let distance = |place: &Vec<DVec2>| {
-            let squared = |a: &DVec2| ends.iter().map(|b| a.distance_squared(*b)).fold(f64::INFINITY, f64::min);
-            place.iter().map(squared).fold(f64::INFINITY, f64::min)
-        };
-        let nearest = (0..places.len()).min_by(|&i, &j| distance(&places[i]).total_cmp(&distance(&places[j])));
-        large[nearest.unwrap_or(0)].extend(speck);
+    if !specks.is_empty() {
+        let mut corners: Vec<Vec<DVec2>> = vec![Vec::new(); partition.regions];
+        for e in &partition.edges {
+            corners[e.region].push(partition.vertices[e.from as usize]);
+        }
+        let places: Vec<(DVec2, usize)> = (0..large.len())
+            .flat_map(|n| large[n].iter().flat_map(|&r| &corners[r]).map(move |&corner| (corner, n)))
+            .collect();
+        let tree = BoxTree::new(&places.iter().map(|(corner, _)| Box2::of([*corner])).collect::<Vec<_>>());
+        for speck in specks {
+            let ends: Vec<DVec2> = speck.iter().flat_map(|&r| corners[r].iter().copied()).collect();
+            let nearest = nearest(&ends, &places, &tree);
+            large[nearest].extend(speck);
+        }
     }
     large.iter_mut().for_each(|regions| regions.sort_unstable());
     large.sort();
     large
 }
 
-/// A border between two regions, metres.
-#[derive(Clone, Copy, Default)]
-struct Border {
-    length: f64,
-    /// Of that, where the roofs meet.
-    meeting: f64,
+/// The number of the place nearest to any of some points, the smaller of equals.
+fn nearest(ends: &[DVec2], places: &[(DVec2, usize)], tree: &BoxTree) -> usize {
+    let around = Box2::of(ends.iter().copied());
+    let mut reach = 1.0;
+    loop {
+        let mut best = (f64::INFINITY, 0);
+        let near = tree.near(&around.grown(reach));
+        let all = near.len() == places.len();
+        for (corner, place) in near.into_iter().map(|i| places[i]) {
+            let squared = ends.iter().map(|end| corner.distance_squared(*end)).fold(f64::INFINITY, f64::min);
+            if squared < best.0 || (squared == best.0 && place < best.1) {
+                best = (squared, place);
+            }
+        }
+        if all || best.0 <= reach * reach {
+            return best.1;
+        }
+        reach *= 2.0;
+    }
 }
 
-struct Borders {
+/// A border between two regions, metres.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Border {
+    pub(crate) length: f64,
+    /// Of that, where the roofs meet.
+    pub(crate) meeting: f64,
+}
+
+pub(crate) struct Borders {
     /// By the smaller and the larger region.
-    between: BTreeMap<(Region, Region), Border>,
+    pub(crate) between: BTreeMap<(Region, Region), Border>,
     /// Length of each region's border with the ground.
-    outside: Vec<f64>,
+    pub(crate) outside: Vec<f64>,
 }
 
 impl Borders {
@@ -111,77 +119,6 @@ fn share_below(a: f64, b: f64, limit: f64) -> f64 {
     }
     let (low, high) = (a.min(b), a.max(b));
     ((high.min(limit) - low.max(-limit)) / (high - low)).max(0.0)
-}
-
-/// A part of what hangs together, metres and m².
-#[derive(Clone, Copy, Default)]
-struct Part {
-    area: f64,
-    outside: f64,
-    inside: f64,
-}
-
-impl Part {
-    fn can_be_a_building(&self) -> bool {
-        self.area >= SMALLEST && self.outside >= OUTSIDE * (self.outside + self.inside)
-    }
-}
-
-/// The parts that have been joined so far, each by one of its regions.
-struct Parts {
-    parts: BTreeMap<Region, Part>,
-    between: BTreeMap<(Region, Region), Border>,
-}
-
-impl Parts {
-    fn of(borders: &Borders, areas: &[f64], sets: &mut DisjointSets) -> Self {
-        let mut parts: BTreeMap<Region, Part> = BTreeMap::new();
-        for (region, &area) in areas.iter().enumerate() {
-            let part = parts.entry(sets.find(region)).or_default();
-            part.area += area;
-            part.outside += borders.outside[region];
-        }
-        let mut between: BTreeMap<(Region, Region), Border> = BTreeMap::new();
-        for (&(a, b), border) in &borders.between {
-            let (a, b) = (sets.find(a), sets.find(b));
-            if a != b {
-                let sum = between.entry((a.min(b), a.max(b))).or_default();
-                sum.length += border.length;
-                sum.meeting += border.meeting;
-                for part in [a, b] {
-                    parts.entry(part).or_default().inside += border.length;
-                }
-            }
-        }
-        Self { parts, between }
-    }
-
-    /// The two parts that most need to be joined; `None` if each can be a building. First come those whose roofs meet
-    /// along most of their width, then the smallest part that can be no building with the neighbour along most of its
-    /// border, then the border that is longest for a party wall.
-    fn that_belong(&self) -> Option<(Region, Region)> {
-        let width = |(a, b): &(Region, Region)| self.parts[a].area.min(self.parts[b].area).sqrt();
-        let most = |measure: &dyn Fn(&(Region, Region), &Border) -> f64| {
-            let measured = self.between.iter().map(|(pair, border)| (*pair, measure(pair, border)));
-            measured.max_by(|s, t| s.1.total_cmp(&t.1).then(t.0.cmp(&s.0)))
-        };
-        let meeting = |pair: &(Region, Region), border: &Border| {
-            if border.meeting >= MEETS * border.length { border.meeting / width(pair) } else { 0.0 }
-        };
-        if let Some((pair, _)) = most(&meeting).filter(|m| m.1 >= NECK) {
-            return Some(pair);
-        }
-        let annexe = self
-            .parts
-            .iter()
-            .filter(|(_, p)| p.inside > 0.0 && !p.can_be_a_building())
-            .min_by(|a, b| a.1.area.total_cmp(&b.1.area).then(a.0.cmp(b.0)));
-        if let Some((&annexe, _)) = annexe {
-            let own = |(a, b): &(Region, Region)| *a == annexe || *b == annexe;
-            return most(&|pair, border| if own(pair) { border.length } else { -1.0 }).map(|(pair, _)| pair);
-        }
-        most(&|pair, border| border.length / width(pair)).filter(|m| m.1 > LONGEST).map(|(pair, _)| pair)
-    }
 }
 
 #[cfg(test)]

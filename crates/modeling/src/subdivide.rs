@@ -58,7 +58,7 @@ pub(crate) fn dissolve(arrangement: &Arrangement, labels: &[Option<u16>]) -> (Pa
 }
 
 /// Gives regions smaller than `smallest` m² to the neighbour (or the ground) with which they share most border, the
-/// smallest first, until none is left. Works in passes, in which no region takes part twice. Returns the partition with
+/// smallest first, until none is left. Works in passes, in which no small region takes part twice. Returns the partition with
 /// its plane labels. O(edges · log) for each pass; passes are few, since each halves what is left of a cluster.
 pub(crate) fn absorb_small(mut partition: Partition, mut labels: Vec<u16>, smallest: f64) -> (Partition, Vec<u16>) {
     loop {
@@ -77,9 +77,17 @@ pub(crate) fn absorb_small(mut partition: Partition, mut labels: Vec<u16>, small
         }
         let mut target: Vec<Option<usize>> = (0..partition.regions).map(Some).collect();
         let mut busy = vec![false; partition.regions];
+        // Regions beside a small one that came before them: what becomes of it may matter to them.
+        let mut unsettled = vec![false; partition.regions];
         for region in small {
             let heir = shared[region].iter().max_by(|a, b| a.1.total_cmp(b.1)).and_then(|(&r, _)| r);
-            if busy[region] || heir.is_some_and(|h| busy[h]) {
+            // A heir that is not small itself may take in several at once.
+            let waits = |h: usize| busy[h] && (areas[h] < smallest || unsettled[region]);
+            let stays = busy[region] || heir.is_some_and(waits);
+            for &beside in shared[region].keys().flatten() {
+                unsettled[beside] = true;
+            }
+            if stays {
                 continue;
             }
             target[region] = heir;
@@ -90,7 +98,10 @@ pub(crate) fn absorb_small(mut partition: Partition, mut labels: Vec<u16>, small
         }
         // Numbers close up over the regions that go.
         let stays: Vec<bool> = (0..partition.regions).map(|r| target[r] == Some(r)).collect();
-        let number: Vec<usize> = (0..partition.regions).map(|r| stays[..r].iter().filter(|s| **s).count()).collect();
+        let mut number = vec![0; partition.regions];
+        for r in 1..partition.regions {
+            number[r] = number[r - 1] + usize::from(stays[r - 1]);
+        }
         let group: Vec<Option<usize>> = target.iter().map(|t| t.map(|t| number[t])).collect();
         partition = partition.joined(&group);
         labels = labels.into_iter().zip(&stays).filter(|(_, stays)| **stays).map(|(l, _)| l).collect();

@@ -61,8 +61,8 @@ struct Part {
 
 /// Gives specks and superstructures of a pixel labelling to the part of the roof with the longest common border, the
 /// smallest first, until none is left. Small parts that meet without a step, as the two halves of a gabled dormer or
-/// the facets of a round tower, are judged as one. Works in passes, in which no part takes part twice; O(pixels) for
-/// each.
+/// the facets of a round tower, are judged as one. Works in passes, in which no part takes part twice but a roof that takes in
+/// what stands on it; O(pixels) for each.
 pub(crate) fn remove(surface: &mut Raster<u16>, planes: &[Plane], limits: Limits) {
     let pixel_area = surface.window().step.powi(2);
     loop {
@@ -82,12 +82,21 @@ pub(crate) fn remove(surface: &mut Raster<u16>, planes: &[Plane], limits: Limits
             })
             .collect();
         candidates.sort_by_key(|c| (c.pixels, c.members[0]));
+        // What can never be a candidate may take in several at once: it is the same roof before and after.
+        let is_roof = |k: usize| area(&parts[k]) >= limits.area.max(limits.speck);
         let mut busy = vec![false; parts.len()];
+        // Parts beside a candidate that came before them: what becomes of it may matter to them.
+        let mut unsettled = vec![false; parts.len()];
         let mut changed = false;
         for c in candidates {
-            let Some(heir) = c.heir.filter(|&heir| !busy[heir] && c.members.iter().all(|&m| !busy[m])) else {
-                continue;
-            };
+            let heir = c.heir.filter(|&heir| {
+                let settled = is_roof(heir) && c.members.iter().all(|&m| !unsettled[m]);
+                (!busy[heir] || settled) && c.members.iter().all(|&m| !busy[m])
+            });
+            for &beside in c.members.iter().flat_map(|&m| parts[m].inner.keys()) {
+                unsettled[beside] = true;
+            }
+            let Some(heir) = heir else { continue };
             busy[heir] = true;
             changed = true;
             for &m in &c.members {
@@ -118,6 +127,7 @@ fn clusters(parts: &[Part], small: impl Fn(&Part) -> bool) -> Vec<Vec<usize>> {
 
 /// Parts that may go together.
 struct Candidate {
+    /// Ascending.
     members: Vec<usize>,
     pixels: usize,
     /// Pixel edges at the outline.
@@ -135,7 +145,7 @@ impl Candidate {
         for part in members.iter().map(|&m| &parts[m]) {
             pixels += part.pixels.len();
             outer += part.outer;
-            for (&n, &border) in part.inner.iter().filter(|(n, _)| !members.contains(n)) {
+            for (&n, &border) in part.inner.iter().filter(|(n, _)| members.binary_search(n).is_err()) {
                 *shared.entry(n).or_default() += border;
             }
         }

@@ -4,8 +4,9 @@
 //! seen, and they go on under the leaves as they came: to the corner where they meet, to each other, or, where the end of a wing is
 //! hidden, to a square end.
 
+use crate::fill::pixels_inside;
 use crate::input::BuildingInput;
-use gable_geometry::{Box2, DVec2, ring_contains, symmetric_eigen_2};
+use gable_geometry::{Box2, DVec2, Polygon, symmetric_eigen_2};
 use gable_lines::{LineSegment, Source, snap_directions, trace_outline};
 use gable_ortho::{GridWindow, Raster};
 
@@ -103,15 +104,12 @@ fn pixels_in(ring: &[DVec2], mask: &Raster<bool>) -> Vec<usize> {
     let window = mask.window();
     let area = GridWindow::covering(Box2::of(ring.iter().copied()), window.step).intersection(&window);
     let mut out = Vec::new();
-    for y in 0..area.height {
-        for x in 0..area.width {
-            let at = area.centre(x, y);
-            let Some((x, y)) = window.pixel(at) else { continue };
-            if !mask[(x, y)] && ring_contains(ring, at) {
-                out.push(y * window.width + x);
-            }
+    let polygon = Polygon { outer: ring.to_vec(), holes: Vec::new() };
+    pixels_inside(&polygon, area, |x, y| {
+        if let Some((x, y)) = window.pixel(area.centre(x, y)).filter(|&pixel| !mask[pixel]) {
+            out.push(y * window.width + x);
         }
-    }
+    });
     out
 }
 

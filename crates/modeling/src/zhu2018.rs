@@ -49,7 +49,7 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
     if planes.is_empty() {
         return Err("no face of the arrangement lies in the building".to_owned());
     }
-    Ok(Reconstruction { partition, planes })
+    Ok(Reconstruction { partition, planes, note: None })
 }
 
 /// Facade directions (§5.1, Eq. 7): one frame of two orthogonal axes, from the horizontal projections of the normals

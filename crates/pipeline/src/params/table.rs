@@ -200,6 +200,8 @@ parameters! {
         beta_pixel: f64 = gable_modeling::Params::default().beta_pixel, "m/m", within(0.0, 100_000.0);
         /// A step in the roof of at least this height may be a party wall between two buildings; 0 leaves what hangs together whole.
         party_wall_step: f64 = gable_modeling::Params::default().party_wall_step, "m", within(0.0, 100.0);
+        /// Counted work for each pixel of a building, after which it gets a simpler model with its reason: fewer planes, or blocks.
+        work: usize = gable_modeling::Params::default().work, "1/px", within(1.0, 1e9);
     }
     /// What is written.
     output: OutputParams {

@@ -272,6 +272,7 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
         beta: given.beta,
         beta_pixel: given.beta_pixel,
         party_wall_step: given.party_wall_step,
+        work: given.work,
         min_height: context.params.segmentation.min_height,
         tolerances: Tolerances { snap: valid.snap, planarity: valid.planarity, normals_deg: valid.normals },
     }
@@ -320,6 +321,10 @@ fn record(
                 (Lod::None, 0)
             };
             record.reason = model.reason;
+            record.note = match (record.note, model.note) {
+                (Some(own), Some(more)) => Some(format!("{own}; {more}")),
+                (own, more) => own.or(more),
+            };
             record.area_m2 = model.area;
             record.height_m = model.height;
             record.rmse_m = Some(model.rmse);
