@@ -28,8 +28,31 @@ pub(crate) fn whole(
     coloured: bool,
 ) -> Result<(Terrain, Survey), PipelineError> {
     let ground = Terrain::from_coarse(heights).map_err(|e| context.failed(Stage::Terrain, "the whole city", e))?;
+    warn_of_little_ground(context, heights, &ground);
     let survey = Survey { saturation: coloured.then(|| f64::from(green.saturation())), noise: noise(heights, &ground) };
     Ok((ground, survey))
+}
+
+/// Share of the cells with data that should be ground at least.
+const LEAST_GROUND: f64 = 0.1;
+
+/// Says so where hardly any ground was found: then roofs may have been taken for it, or ground for roofs.
+fn warn_of_little_ground(context: &Context<'_>, heights: &CoarseHeights, terrain: &Terrain) {
+    let seen = heights.cells().count();
+    let ground = terrain.ground().values().iter().filter(|is_ground| **is_ground).count();
+    if let Some(share) = too_little(ground, seen) {
+        context.observer.warning(&format!(
+            "the ground is doubtful: only {:.0} % of the mesh was found to be ground; look at the labels, or give footprints \
+             (segmentation.footprints)",
+            100.0 * share
+        ));
+    }
+}
+
+/// The share of ground if it is too small to be trusted.
+fn too_little(ground: usize, seen: usize) -> Option<f64> {
+    let share = ground as f64 / seen.max(1) as f64;
+    (share < LEAST_GROUND).then_some(share)
 }
 
 /// Tiles that are counted at a time.
@@ -86,4 +109,17 @@ pub(crate) fn terrain(
 
 fn name(tile: &MosaicTile) -> String {
     tile.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hardly_any_ground_is_doubtful() {
+        assert_eq!(too_little(900, 1000), None);
+        assert_eq!(too_little(100, 1000), None);
+        assert_eq!(too_little(50, 1000), Some(0.05));
+        assert_eq!(too_little(0, 0), Some(0.0));
+    }
 }
