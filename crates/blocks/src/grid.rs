@@ -10,6 +10,8 @@ use std::str::FromStr;
 
 /// Most blocks that a grid may have.
 const MOST_BLOCKS: u64 = 1 << 20;
+/// Most pixels of a block: 2.3 km × 2.3 km at 0.2 m.
+const MOST_BLOCK_PIXELS: i64 = 1 << 27;
 /// Most pixels along a side of the whole grid.
 const MOST_PIXELS: f64 = 1e9;
 
@@ -160,6 +162,18 @@ impl BlockGrid {
         if blocks > MOST_BLOCKS {
             return Err(too_many(blocks));
         }
+        let widest = |edges: &[i64]| edges.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+        let (width, height) = (widest(&column_edges), widest(&row_edges));
+        if width.saturating_mul(height) > MOST_BLOCK_PIXELS {
+            let metres = |pixels: i64| pixels as f64 * step;
+            return Err(wrong(format!(
+                "a block would measure {:.0} × {:.0} m and have more than {} million pixels of {step} m: \
+                 ask for more or smaller blocks, or leave out what lies far off",
+                metres(width),
+                metres(height),
+                MOST_BLOCK_PIXELS / 1_000_000
+            )));
+        }
         Ok(Self { frame, step, column_edges, row_edges })
     }
 
@@ -259,6 +273,10 @@ mod tests {
         assert!(said(1e-9, GridSpec::Size(1.0)).contains("cannot be covered"));
         assert!(said(0.001, GridSpec::Size(0.001)).contains("more than 1048576"));
         assert!(said(0.2, GridSpec::Size(f64::NAN)).contains("block size is NaN m"));
+        let one = GridSpec::Count { columns: Some(1), rows: Some(1) };
+        let wide = |side: f64| grid(DVec2::ZERO, DVec2::splat(side), 0.2, one).map_err(|e| e.to_string());
+        assert!(wide(2_300.0).is_ok());
+        assert!(wide(2_400.0).is_err_and(|e| e.contains("a block would measure 2400 × 2400 m")));
         let text = "16".parse::<GridSpec>().expect_err("no grid").to_string();
         assert_eq!(text, "the grid cannot be made: \"16\" is no grid: write columns and rows as 16x16");
         assert_eq!("4x 3".parse::<GridSpec>().ok(), Some(GridSpec::Count { columns: Some(4), rows: Some(3) }));

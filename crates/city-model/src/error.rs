@@ -14,6 +14,9 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// A file that may not be read: it is none, is too long, or is no text.
+    #[error(transparent)]
+    Unreadable(#[from] gable_files::FileError),
     /// A stream that could not be written.
     #[error("cannot write the city model: {0}")]
     Write(#[from] std::io::Error),

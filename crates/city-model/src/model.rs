@@ -29,6 +29,13 @@ pub enum Value {
     Text(String),
 }
 
+impl Value {
+    /// Memory that it takes, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Self>() + if let Self::Text(text) = self { text.len() } else { 0 }
+    }
+}
+
 /// Attributes by name, written in this order.
 pub type Attributes = BTreeMap<String, Value>;
 

@@ -1,6 +1,7 @@
 //! Reading of any format that this crate knows.
 
 use crate::{Error, ReadOptions, Reading, read_citygml, read_cityjson};
+use gable_files::Reach;
 use std::io::Read;
 use std::path::Path;
 
@@ -11,8 +12,8 @@ use std::path::Path;
 /// As these two.
 pub fn read_city_model(path: &Path, options: &ReadOptions) -> Result<Reading, Error> {
     let mut head = Vec::new();
-    let file = std::fs::File::open(path).and_then(|file| file.take(256).read_to_end(&mut head));
-    file.map_err(|source| Error::File { path: path.to_owned(), source })?;
+    let read = Reach::everything().open(path)?.take(256).read_to_end(&mut head);
+    read.map_err(|source| Error::File { path: path.to_owned(), source })?;
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head);
     let first = head.iter().find(|byte| !byte.is_ascii_whitespace());
     match first {

@@ -1,5 +1,6 @@
 //! Whether two runs found the same buildings.
 
+use crate::Error;
 use crate::city::City;
 use crate::region::iou;
 use crate::statistics::ratio;
@@ -25,10 +26,12 @@ pub struct Agreement {
 }
 
 /// Compares two results for one city, such as those of two different grids of blocks.
-#[must_use]
-pub fn agreement(a: &CityModel, b: &CityModel) -> Agreement {
+///
+/// # Errors
+/// If a model is larger than any city.
+pub fn agreement(a: &CityModel, b: &CityModel) -> Result<Agreement, Error> {
     let shift = DVec3::from_array(b.origin) - DVec3::from_array(a.origin);
-    let (a, b) = (City::new(a, DVec3::ZERO), City::new(b, shift));
+    let (a, b) = (City::new(a, DVec3::ZERO)?, City::new(b, shift)?);
     let by_id: BTreeMap<&str, usize> = b.objects.iter().enumerate().map(|(i, o)| (o.building.id.as_str(), i)).collect();
     let (mut same_id, mut same) = (0, 0);
     for object in &a.objects {
@@ -40,5 +43,5 @@ pub fn agreement(a: &CityModel, b: &CityModel) -> Agreement {
     }
     let buildings = a.objects.len() + b.objects.len() - same_id;
     let share = if buildings == 0 { 1.0 } else { ratio(same as f64, buildings as f64) };
-    Agreement { buildings, same_id, same, share }
+    Ok(Agreement { buildings, same_id, same, share })
 }

@@ -3,6 +3,7 @@
 use crate::height_raster::HeightRaster;
 use crate::region::{Region, Ring};
 use crate::tree::{Bounds, Tree};
+use crate::{Error, budget};
 use gable_city_model::{Building, CityModel, Semantic, Shell, Terrain, triangulate};
 use gable_geometry::{Box2, DVec2, DVec3, point_segment_distance};
 use rayon::prelude::*;
@@ -137,7 +138,11 @@ pub(crate) struct City<'a> {
 
 impl<'a> City<'a> {
     /// `shift` is added to all coordinates.
-    pub(crate) fn new(model: &'a CityModel, shift: DVec3) -> Self {
+    ///
+    /// # Errors
+    /// If the model is larger than any city.
+    pub(crate) fn new(model: &'a CityModel, shift: DVec3) -> Result<Self, Error> {
+        budget::check(model)?;
         let objects: Vec<Object<'a>> = model.buildings.par_iter().map(|b| Object::new(b, shift)).collect();
         let boxes: Vec<Bounds> = objects.iter().map(|o| o.bounds).collect();
         let of_object = |(i, o): (usize, &Object<'_>)| o.roof().map(|f| (f.corners, i as u32)).collect::<Vec<_>>();
@@ -146,8 +151,8 @@ impl<'a> City<'a> {
         let (tree, roof_tree) = (Tree::new(&boxes), Tree::new(&roof_boxes));
         let ground = model.terrain.as_ref().map(|terrain| ground(terrain, shift));
         let mut city = Self { objects, blocks: Vec::new(), tree, roofs, roof_tree, ground };
-        city.blocks = city.connected();
-        city
+        city.blocks = city.connected()?;
+        Ok(city)
     }
 
     /// Objects whose boxes overlap a box on the ground, ascending.
@@ -160,12 +165,18 @@ impl<'a> City<'a> {
         found
     }
 
-    fn connected(&self) -> Vec<Block> {
+    fn connected(&self) -> Result<Vec<Block>, Error> {
+        let plan = |object: &Object<'_>| object.footprint.bounds().grown(TOUCHING);
+        let pairs: usize = self.objects.par_iter().map(|object| self.near(plan(object)).len()).sum();
+        if pairs > budget::NEIGHBOURS {
+            let what = format!("{pairs} pairs of buildings lie one upon the other");
+            return Err(Error::NoCity { what });
+        }
         let links: Vec<Vec<usize>> = (0..self.objects.len())
             .into_par_iter()
             .map(|i| {
                 let object = &self.objects[i];
-                let mut near = self.near(object.footprint.bounds().grown(TOUCHING));
+                let mut near = self.near(plan(object));
                 near.retain(|&j| j > i && touch(&object.footprint, &self.objects[j].footprint));
                 near
             })
@@ -176,7 +187,7 @@ impl<'a> City<'a> {
             let region = Region::union(members.iter().map(|&i| &self.objects[i].footprint));
             Block { area: region.area(), region, members }
         };
-        groups.into_par_iter().map(block).filter(|b| b.area > 0.0).collect()
+        Ok(groups.into_par_iter().map(block).filter(|b| b.area > 0.0).collect())
     }
 
     /// Whether a surface sample is on the outside of the city: no roof of any building hangs over a point just in front of

@@ -4,6 +4,7 @@ use crate::city::City;
 use crate::objects::{COVERED, Coverage};
 use crate::statistics::Spread;
 use crate::triangles::{Sample, Triangles, sample};
+use crate::{Error, budget};
 use gable_city_model::Semantic;
 use gable_geometry::{Box2, DVec3};
 use rayon::prelude::*;
@@ -90,9 +91,23 @@ fn furthest(
 }
 
 /// The mesh near buildings.
-pub(crate) fn mesh_near(mesh: impl Iterator<Item = [DVec3; 3]>, cities: &[&City<'_>]) -> Vec<[DVec3; 3]> {
-    let mask = Mask::new(cities);
-    mesh.filter(|t| t.iter().all(|p| p.is_finite()) && mask.touches(t)).collect()
+///
+/// # Errors
+/// If the buildings lie too far apart, or a triangle is larger than any city has.
+pub(crate) fn mesh_near(
+    mesh: impl Iterator<Item = [DVec3; 3]>,
+    cities: &[&City<'_>],
+) -> Result<Vec<[DVec3; 3]>, Error> {
+    let mask = Mask::new(cities)?;
+    let mut near = Vec::new();
+    for triangle in mesh.filter(|t| t.iter().all(|p| p.is_finite()) && mask.touches(t)) {
+        let area = budget::area(triangle);
+        if area > budget::MESH_TRIANGLE {
+            return Err(Error::NoCity { what: format!("a triangle of the mesh has {:.1} km²", area / 1e6) });
+        }
+        near.push(triangle);
+    }
+    Ok(near)
 }
 
 /// Square cells near a building.
@@ -105,13 +120,19 @@ struct Mask {
 impl Mask {
     const CELL: f64 = 4.0;
 
-    fn new(cities: &[&City<'_>]) -> Self {
+    fn new(cities: &[&City<'_>]) -> Result<Self, Error> {
         let plans: Vec<Box2> = cities.iter().flat_map(|c| &c.objects).map(|o| o.plan().grown(REACH)).collect();
         let bounds = Box2::of(plans.iter().filter(|b| !b.is_empty()).flat_map(|b| [b.min, b.max]));
         if bounds.is_empty() {
-            return Self { bounds, width: 0, cells: Vec::new() };
+            return Ok(Self { bounds, width: 0, cells: Vec::new() });
         }
         let size = (bounds.size() / Self::CELL).ceil() + 1.0;
+        let cells = size.x * size.y;
+        if cells > budget::MASK_CELLS || cells.is_nan() {
+            let (width, height) = (bounds.size().x / 1e3, bounds.size().y / 1e3);
+            let what = format!("the buildings lie up to {width:.1} × {height:.1} km apart");
+            return Err(Error::NoCity { what });
+        }
         let (width, height) = (size.x as usize, size.y as usize);
         let mut mask = Self { bounds, width, cells: vec![false; width * height] };
         for plan in plans.into_iter().filter(|b| !b.is_empty()) {
@@ -120,7 +141,7 @@ impl Mask {
                 mask.cells[row * width + low[0]..=row * width + high[0]].fill(true);
             }
         }
-        mask
+        Ok(mask)
     }
 
     fn range(&self, plan: Box2) -> ([usize; 2], [usize; 2]) {

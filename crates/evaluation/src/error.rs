@@ -38,6 +38,12 @@ pub enum Error {
     /// A judged area that memory does not hold.
     #[error("the judged area has more than 15 km²; limit it by polygons of the class area")]
     TooLarge,
+    /// A model that no city has: measuring it would fill the memory.
+    #[error("{what}: is it in metres?")]
+    NoCity {
+        /// What of it, and how large it may be.
+        what: String,
+    },
     /// A picture of the report could not be made.
     #[error("cannot encode a picture of the report: {0}")]
     Picture(#[from] image::ImageError),

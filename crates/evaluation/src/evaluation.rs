@@ -1,6 +1,7 @@
 //! All metrics of a result against the truth.
 
 use crate::agreement::Agreement;
+use crate::budget::check_samples;
 use crate::city::City;
 use crate::coherence::{Coherence, coherence};
 use crate::complexity::{Complexity, complexity};
@@ -111,19 +112,19 @@ impl Evaluation {
 /// Measures a result against the truth. Time is O(n log n) in what the models hold, the same on any number of threads.
 ///
 /// # Errors
-/// If the label rasters do not have the size that they say, or a step or density is not positive.
+/// If the label rasters do not have the size that they say, a step or density is not positive, or a model is larger than any city.
 pub fn evaluate(inputs: Inputs<'_>, options: &Options) -> Result<Evaluation, Error> {
     let Inputs { truth, result, mesh, labels: rasters, again } = inputs;
     positive("roof_step", options.roof_step)?;
     positive("density", options.density)?;
-    let pair = Pair::new(truth, result, options);
+    let pair = Pair::new(truth, result, options)?;
     let Pair { truth: t, result: r, coverage, .. } = &pair;
     let matches = match_blocks(t, r);
     let uncovered = |city: &City<'_>, shares: &[f64]| {
         let lost = city.objects.iter().zip(shares).filter(|(o, s)| o.area >= 10.0 && **s < COVERED);
         lost.map(|(o, _)| o.building.id.clone()).collect()
     };
-    let mesh = mesh.map(|m| mesh_near(m, &[t, r]));
+    let mesh = mesh.map(|m| mesh_near(m, &[t, r])).transpose()?;
     let origin = DVec3::from_array(truth.origin);
     let (distances, furthest) = distances(t, origin, r, coverage, mesh, options.density, options.seed);
     Ok(Evaluation {
@@ -142,7 +143,7 @@ pub fn evaluate(inputs: Inputs<'_>, options: &Options) -> Result<Evaluation, Err
         coherence: coherence(result),
         terrain: terrain(truth, result, t, pair.shift),
         labels: rasters.map(|l| labels(&l)).transpose()?,
-        agreement: again.map(|again| crate::agreement(result, again)),
+        agreement: again.map(|again| crate::agreement(result, again)).transpose()?,
     })
 }
 
@@ -159,12 +160,14 @@ pub(crate) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    pub(crate) fn new(truth: &'a CityModel, result: &'a CityModel, options: &Options) -> Self {
+    pub(crate) fn new(truth: &'a CityModel, result: &'a CityModel, options: &Options) -> Result<Self, Error> {
         let shift = DVec3::from_array(result.origin) - DVec3::from_array(truth.origin);
-        let (truth, result) = (City::new(truth, DVec3::ZERO), City::new(result, shift));
+        let (truth, result) = (City::new(truth, DVec3::ZERO)?, City::new(result, shift)?);
+        check_samples(&truth, options.density)?;
+        check_samples(&result, options.density)?;
         let coverage = Coverage::new(&truth, &result);
         let planes = [RoofPlanes::new(&truth), RoofPlanes::new(&result)];
         let fits = roof_fits(&truth, &result, [&planes[0], &planes[1]], options.roof_step);
-        Self { truth, result, shift, coverage, planes, fits }
+        Ok(Self { truth, result, shift, coverage, planes, fits })
     }
 }

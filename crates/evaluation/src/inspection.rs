@@ -1,5 +1,6 @@
 //! What can be said of a result without truth.
 
+use crate::budget::check_samples;
 use crate::city::City;
 use crate::coherence::{Coherence, coherence};
 use crate::complexity::{PerBuilding, Size, whole};
@@ -46,16 +47,18 @@ impl Inspection {
 /// frame. Time is O(n log n).
 ///
 /// # Errors
-/// If the density is not positive.
+/// If the density is not positive, or the model or the mesh is larger than any city.
 pub fn inspect(
     result: &CityModel,
     mesh: Option<Box<dyn Iterator<Item = [DVec3; 3]> + '_>>,
     options: &Options,
 ) -> Result<Inspection, Error> {
     positive("density", options.density)?;
-    let city = City::new(result, DVec3::ZERO);
+    let city = City::new(result, DVec3::ZERO)?;
+    check_samples(&city, options.density)?;
     let (size, per_building) = whole(&city);
-    let distances = mesh.map(|m| to_mesh(&city, mesh_near(m, &[&city]), options.density, options.seed));
+    let near = mesh.map(|m| mesh_near(m, &[&city])).transpose()?;
+    let distances = near.map(|near| to_mesh(&city, near, options.density, options.seed));
     Ok(Inspection {
         size,
         per_building,

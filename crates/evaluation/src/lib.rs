@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod agreement;
+mod budget;
 mod city;
 mod coherence;
 mod complexity;

@@ -34,7 +34,7 @@ pub fn html_report(
     options: &Options,
 ) -> Result<String, Error> {
     positive("roof_step", options.roof_step)?;
-    let pair = Pair::new(truth, result, options);
+    let pair = Pair::new(truth, result, options)?;
     let mut page = String::from(HEAD);
     let _ =
         writeln!(page, "<h1>{}</h1>\n<p>measured against <b>{}</b></p>", escape(&result.title), escape(&truth.title));

@@ -443,7 +443,7 @@ fn agreement_of_two_runs() {
         house("new", 80., 0., 10., 10., 5.),
         house("same", 0., 0., 10., 10., 5.),
     ]);
-    let result = agreement(&a, &b);
+    let result = agreement(&a, &b).unwrap();
     assert_eq!((result.buildings, result.same_id, result.same, result.share), (5, 3, 2, 0.4));
     let e = evaluate(Inputs { again: Some(&b), ..Inputs::new(&a, &a) }, &DENSE).unwrap();
     assert_eq!(e.agreement, Some(result));

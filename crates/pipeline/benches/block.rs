@@ -4,6 +4,7 @@
 //! `cargo bench -p gable-pipeline --bench block`. The aim is 10 s and 1.5 GB; Zhu et al. 2018 took 67 s (Table 2).
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use gable_files::Reach;
 use gable_pipeline::{Params, RunSummary, Unobserved, run};
 use gable_synthetic_city::{Source, SynthParams, synthesise};
 use std::path::Path;
@@ -27,7 +28,7 @@ fn params() -> Params {
 
 fn model(mesh: &Path) -> RunSummary {
     let out = tempfile::tempdir().expect("a temporary folder");
-    run(mesh, out.path(), &params(), &Unobserved).expect("the block can be modelled")
+    run(mesh, out.path(), &params(), &Reach::everything(), &Unobserved).expect("the block can be modelled")
 }
 
 #[expect(clippy::print_stderr, reason = "the figures beside the time that criterion measures")]

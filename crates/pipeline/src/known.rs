@@ -3,8 +3,9 @@
 //! Footprints from a cadastre say where one building ends and the next begins, which no mesh tells. Roof planes are for
 //! experiments: fed with those of a truth, a run shows what is lost after they are found.
 
-use crate::PipelineError;
-use gable_city_model::{Building, Face, ReadOptions, Semantic, Shell, read_cityjson};
+use crate::stages::Context;
+use crate::{PipelineError, budget};
+use gable_city_model::{Building, Face, ReadOptions, Semantic, Shell, read_cityjson_str};
 use gable_geometry::{Box2, DVec2, DVec3, Frame, Plane, Polygon};
 use gable_modeling::KnownRoof;
 use gable_ortho::{GridWindow, Raster};
@@ -43,13 +44,18 @@ pub(crate) struct Known {
 
 impl Known {
     /// Reads a file. Buildings without a footprint at LOD0 stand on the ground surfaces of their LOD2 or LOD1.
-    pub(crate) fn read(path: &Path, frame: &Frame) -> Result<Self, PipelineError> {
+    pub(crate) fn read(path: &Path, frame: &Frame, context: &Context<'_>) -> Result<Self, PipelineError> {
         let wrong = |reason: String| PipelineError::Input(format!("{}: {reason}", path.display()));
         let options = ReadOptions { origin: Some(frame.origin) };
-        let model = read_cityjson(path, &options).map_err(|e| wrong(e.to_string()))?.model;
+        let text = context.reach.read_text(path, budget::CITY_MODEL);
+        let text = text.map_err(|e| PipelineError::Input(e.to_string()))?;
+        let model = read_cityjson_str(&text, path, &options).map_err(|e| PipelineError::Input(e.to_string()))?.model;
         let footprints: Vec<Footprint> = model.buildings.iter().filter_map(footprint).collect();
         if footprints.is_empty() {
             return Err(wrong("no building in this file has a footprint".to_owned()));
+        }
+        for footprint in &footprints {
+            footprint.check(context.params.sampling.step).map_err(wrong)?;
         }
         Ok(Self { footprints, roofs: model.buildings.iter().flat_map(|b| &b.lods.lod2).flat_map(roofs).collect() })
     }
@@ -98,6 +104,22 @@ impl Known {
 }
 
 impl Footprint {
+    /// Refuses one that no building has: its pixels, and the work of drawing it, would be without end.
+    fn check(&self, step: f64) -> Result<(), String> {
+        let size = self.bounds.size();
+        let pixels = (size.x / step + 2.0) * (size.y / step + 2.0);
+        let corners: usize =
+            self.polygons.iter().map(|p| p.outer.len() + p.holes.iter().map(Vec::len).sum::<usize>()).sum();
+        if pixels <= budget::BUILDING_PIXELS as f64 && pixels * corners as f64 <= budget::FOOTPRINT_WORK {
+            return Ok(());
+        }
+        Err(format!(
+            "the footprint of {:?} measures {:.0} × {:.0} m and has {corners} corners, too much for one building: \
+             is the file in metres, and in the reference system of the mesh?",
+            self.id, size.x, size.y
+        ))
+    }
+
     /// Sets the pixels whose centres it contains.
     pub(crate) fn draw(&self, out: &mut Raster<bool>) {
         for polygon in &self.polygons {
@@ -160,6 +182,10 @@ fn roofs(shell: &Shell) -> Vec<Roof> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Unobserved;
+    use crate::params::Params;
+    use crate::workspace::Workspace;
+    use gable_files::Reach;
     use gable_geometry::{Crs, dvec2};
 
     /// Two houses wall to wall: x from 0 to 2 and from 2 to 4 m, y from 0 to 2 m; the second has a roof that rises with x.
@@ -180,11 +206,55 @@ mod tests {
         path
     }
 
+    fn read(path: &Path, frame: &Frame) -> Result<Known, PipelineError> {
+        let folder = tempfile::tempdir().unwrap();
+        let (params, workspace) = (Params::default(), Workspace::at(folder.path()).unwrap());
+        let (observer, reach) = (&Unobserved, &Reach::everything());
+        Known::read(path, frame, &Context { params: &params, observer, workspace: &workspace, reach })
+    }
+
+    /// The size of what a file says.
+    fn sized(text: &str) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("known.city.json");
+        std::fs::write(&path, text).unwrap();
+        let frame = Frame { origin: [0.0; 3], crs: Crs::Unknown };
+        read(&path, &frame).map_or_else(|e| e.to_string(), |known| format!("{} footprints", known.footprints.len()))
+    }
+
+    #[test]
+    fn footprints_that_no_building_has_are_refused() {
+        let square = |side: f64, scale: f64| {
+            format!(
+                r#"{{"type": "CityJSON", "version": "2.0", "transform": {{"scale": [{scale}, {scale}, 1], "translate": [0, 0, 0]}},
+                "vertices": [[0,0,0],[{side},0,0],[{side},{side},0],[0,{side},0]],
+                "CityObjects": {{"big": {{"type": "Building", "geometry": [
+                    {{"type": "MultiSurface", "lod": "0", "boundaries": [[[0,1,2,3]]]}}]}}}}}}"#
+            )
+        };
+        assert_eq!(sized(&square(1500.0, 1.0)), "1 footprints", "as large as the largest airport");
+        for text in [square(10_000.0, 1.0), square(20.0, 1e3), square(2000.0, 1e3)] {
+            let said = sized(&text);
+            assert!(said.contains("the footprint of \"big\" measures") && said.contains("in metres"), "{said}");
+        }
+        let said = sized(&square(1e9, 1e6));
+        assert!(said.contains("known.city.json"), "{said}");
+        let mut corners = String::new();
+        let mut ring = String::new();
+        for i in 0..2_000_000 {
+            corners += &format!("[{},{},0],", i % 1500, i / 1500);
+            ring += &format!("{i},");
+        }
+        let many = square(1.0, 1.0).replace("\"vertices\": [", &format!("\"vertices\": [{corners}"));
+        let many = many.replace("[[[0,1,2,3]]]", &format!("[[[{}]]]", ring.trim_end_matches(',')));
+        assert!(sized(&many).contains("2000000 corners"), "{}", sized(&many));
+    }
+
     #[test]
     fn footprints_and_roofs_come_in_the_local_frame() {
         let folder = tempfile::tempdir().unwrap();
         let frame = Frame { origin: [99.0, 200.0, 1.0], crs: Crs::Unknown };
-        let known = Known::read(&file(folder.path()), &frame).unwrap();
+        let known = read(&file(folder.path()), &frame).unwrap();
         assert_eq!(known.footprints.iter().map(|f| f.id.as_str()).collect::<Vec<_>>(), ["a", "b"]);
         let window = GridWindow { step: 1.0, x0: 0, y0: -1, width: 6, height: 3 };
         let built = known.built(window);
@@ -212,7 +282,7 @@ mod tests {
         )
         .unwrap();
         let frame = Frame { origin: [0.0; 3], crs: Crs::Unknown };
-        let message = Known::read(&path, &frame).unwrap_err().to_string();
+        let message = read(&path, &frame).unwrap_err().to_string();
         assert!(message.contains("empty.city.json") && message.contains("footprint"), "{message}");
     }
 }

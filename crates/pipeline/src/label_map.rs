@@ -3,14 +3,21 @@
 //! A folder holds pairs of `NAME.png` (8 bit, the number of the class, row 0 north) and `NAME.json` (step, size, lower
 //! left corner). A truth counts from its frame's origin and names its classes in `truth.json` beside the folder.
 
-use crate::PipelineError;
+use crate::{PipelineError, budget};
+use gable_files::{FileError, Reach};
 use gable_geometry::{Frame, dvec2};
 use gable_ortho::{GridWindow, Raster};
+use gable_scene::decode_image;
+use image::{ImageFormat, ImageReader};
 use serde_json::Value;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// The classes, in the order of the numbers that are used here.
 pub const CLASSES: [&str; 4] = ["ground", "grass", "tree", "building"];
+
+/// Most pixels on which labels are compared.
+const MOST_PIXELS: f64 = 4_294_967_296.0;
 
 /// A pixel without a class, or of another one.
 pub const NONE: u8 = u8::MAX;
@@ -42,12 +49,12 @@ impl LabelMap {
     }
 }
 
-/// The maps of the folder `labels` in a truth or a result, in the order of their names.
+/// The maps of the folder `labels` in a truth or a result, in the order of their names; files within `reach` are read.
 ///
 /// # Errors
 /// If a file cannot be read, or does not say where it lies and what its numbers mean.
-pub fn read(folder: &Path) -> Result<Vec<LabelMap>, PipelineError> {
-    LabelFolder::open(folder)?.maps.iter().map(Described::load).collect()
+pub fn read(folder: &Path, reach: &Reach) -> Result<Vec<LabelMap>, PipelineError> {
+    LabelFolder::open(folder, reach)?.maps.iter().map(Described::load).collect()
 }
 
 /// A folder of label pictures of which only the descriptions have been read.
@@ -60,6 +67,7 @@ pub(crate) struct LabelFolder {
 #[derive(Clone, Debug)]
 struct Described {
     picture: PathBuf,
+    reach: Reach,
     name: String,
     corner: [f64; 2],
     step: f64,
@@ -69,17 +77,15 @@ struct Described {
 
 impl LabelFolder {
     /// Reads the descriptions.
-    pub(crate) fn open(folder: &Path) -> Result<Self, PipelineError> {
-        let folder = base(folder);
+    pub(crate) fn open(folder: &Path, reach: &Reach) -> Result<Self, PipelineError> {
+        let folder = base(folder, reach);
         let labels = folder.join("labels");
         let truth = folder.join("truth.json");
-        let truth = if truth.is_file() { json(&truth)? } else { Value::Null };
-        let io = |source| PipelineError::Io { path: labels.clone(), source };
+        let truth = if reach.is_file(&truth) { json(&truth, reach)? } else { Value::Null };
         let mut maps = Vec::new();
-        for entry in std::fs::read_dir(&labels).map_err(io)? {
-            let path = entry.map_err(io)?.path();
+        for path in reach.list(&labels, budget::LABEL_FILES).map_err(input)? {
             if path.extension().is_some_and(|e| e == "json") {
-                maps.push(Described::read(&path, &truth)?);
+                maps.push(Described::read(&path, &truth, reach)?);
             }
         }
         if maps.is_empty() {
@@ -91,11 +97,11 @@ impl LabelFolder {
 
     /// The files that [`LabelFolder::open`] and what follows from it read, with their names in a folder that can be opened
     /// as this one.
-    pub(crate) fn files(folder: &Path) -> Result<Vec<(PathBuf, String)>, PipelineError> {
-        let maps = Self::open(folder)?.maps;
-        let truth = base(folder).join("truth.json");
+    pub(crate) fn files(folder: &Path, reach: &Reach) -> Result<Vec<(PathBuf, String)>, PipelineError> {
+        let maps = Self::open(folder, reach)?.maps;
+        let truth = base(folder, reach).join("truth.json");
         let mut files: Vec<(PathBuf, String)> =
-            truth.is_file().then(|| (truth, "truth.json".to_owned())).into_iter().collect();
+            reach.is_file(&truth).then(|| (truth, "truth.json".to_owned())).into_iter().collect();
         for map in maps {
             for (path, ending) in [(map.picture.with_extension("json"), "json"), (map.picture, "png")] {
                 files.push((path, format!("labels/{}.{ending}", map.name)));
@@ -136,19 +142,23 @@ impl LabelFolder {
 }
 
 /// The folder of a truth inside what `gable synth` made; else the folder itself.
-fn base(folder: &Path) -> PathBuf {
+fn base(folder: &Path, reach: &Reach) -> PathBuf {
     let inner = folder.join("truth");
-    if inner.join("labels").is_dir() { inner } else { folder.to_owned() }
+    if reach.is_folder(&inner.join("labels")) { inner } else { folder.to_owned() }
 }
 
-fn json(path: &Path) -> Result<Value, PipelineError> {
-    let text = std::fs::read_to_string(path).map_err(|source| PipelineError::Io { path: path.to_owned(), source })?;
+fn input(error: FileError) -> PipelineError {
+    PipelineError::Input(error.to_string())
+}
+
+fn json(path: &Path, reach: &Reach) -> Result<Value, PipelineError> {
+    let text = reach.read_text(path, budget::LABEL_TEXT).map_err(input)?;
     serde_json::from_str(&text).map_err(|e| PipelineError::Input(format!("{}: {e}", path.display())))
 }
 
 impl Described {
-    fn read(path: &Path, truth: &Value) -> Result<Self, PipelineError> {
-        let about = json(path)?;
+    fn read(path: &Path, truth: &Value, reach: &Reach) -> Result<Self, PipelineError> {
+        let about = json(path, reach)?;
         let wrong = |what: &str| PipelineError::Input(format!("{}: {what} is missing or wrong", path.display()));
         let number = |value: &Value| value.as_f64();
         let corner = match (about.get("lower_left_world"), about.get("lower_left")) {
@@ -170,7 +180,14 @@ impl Described {
             }
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { picture: path.with_extension("png"), name, corner: [west, south], step, classes })
+        Ok(Self {
+            picture: path.with_extension("png"),
+            reach: reach.clone(),
+            name,
+            corner: [west, south],
+            step,
+            classes,
+        })
     }
 
     fn wrong(&self, reason: impl std::fmt::Display) -> PipelineError {
@@ -178,11 +195,14 @@ impl Described {
     }
 
     fn size(&self) -> Result<(u32, u32), PipelineError> {
-        image::image_dimensions(&self.picture).map_err(|e| self.wrong(e))
+        let file = self.reach.open(&self.picture).map_err(input)?;
+        let reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
+        reader.into_dimensions().map_err(|e| self.wrong(e))
     }
 
     fn load(&self) -> Result<LabelMap, PipelineError> {
-        let image = image::open(&self.picture).map_err(|e| self.wrong(e))?.into_luma8();
+        let bytes = self.reach.read(&self.picture, budget::LABEL_FILE).map_err(input)?;
+        let image = decode_image(&self.picture, &bytes).map_err(|e| PipelineError::Input(e.to_string()))?.into_luma8();
         let (width, height) = (image.width() as usize, image.height() as usize);
         let rows = image.as_raw().chunks_exact(width.max(1)).rev();
         let labels = rows.flatten().map(|&code| self.classes[usize::from(code)]).collect();
@@ -192,14 +212,28 @@ impl Described {
 
 /// The labels of two sets of maps on the pixels of the first: columns, rows, step, and both sets row by row from the
 /// south. `None` if the first is empty.
-#[must_use]
-pub fn together(truth: &[LabelMap], result: &[LabelMap]) -> Option<(usize, usize, f64, [Vec<u8>; 2])> {
-    let step = truth.first()?.step;
-    let fold = |f: fn(f64, f64) -> f64, of: &dyn Fn(&LabelMap) -> f64| truth.iter().map(of).reduce(f);
-    let (west, south) = (fold(f64::min, &|m| m.corner[0])?, fold(f64::min, &|m| m.corner[1])?);
-    let east = fold(f64::max, &|m| m.corner[0] + m.width as f64 * m.step)?;
-    let north = fold(f64::max, &|m| m.corner[1] + m.height as f64 * m.step)?;
-    let (width, height) = (((east - west) / step).round() as usize, ((north - south) / step).round() as usize);
+///
+/// # Errors
+/// If the first lie so far apart that there would be more than 2³² pixels.
+pub fn together(
+    truth: &[LabelMap],
+    result: &[LabelMap],
+) -> Result<Option<(usize, usize, f64, [Vec<u8>; 2])>, PipelineError> {
+    let Some(first) = truth.first() else { return Ok(None) };
+    let step = first.step;
+    let fold = |f: fn(f64, f64) -> f64, start: f64, of: &dyn Fn(&LabelMap) -> f64| truth.iter().map(of).fold(start, f);
+    let (west, south) =
+        (fold(f64::min, f64::INFINITY, &|m| m.corner[0]), fold(f64::min, f64::INFINITY, &|m| m.corner[1]));
+    let east = fold(f64::max, f64::NEG_INFINITY, &|m| m.corner[0] + m.width as f64 * m.step);
+    let north = fold(f64::max, f64::NEG_INFINITY, &|m| m.corner[1] + m.height as f64 * m.step);
+    let (width, height) = (((east - west) / step).round(), ((north - south) / step).round());
+    let pixels = width * height;
+    if pixels > MOST_PIXELS || pixels.is_nan() {
+        let what =
+            format!("the label pictures cover {width:e} × {height:e} pixels of {step} m: are their corners right?");
+        return Err(PipelineError::Input(what));
+    }
+    let (width, height) = (width as usize, height as usize);
     let draw = |maps: &[LabelMap]| {
         let mut out = vec![NONE; width * height];
         for map in maps {
@@ -220,7 +254,7 @@ pub fn together(truth: &[LabelMap], result: &[LabelMap]) -> Option<(usize, usize
         }
         out
     };
-    Some((width, height, step, [draw(truth), draw(result)]))
+    Ok(Some((width, height, step, [draw(truth), draw(result)])))
 }
 
 #[cfg(test)]
@@ -236,11 +270,15 @@ mod tests {
     fn maps_are_laid_beside_each_other() {
         let truth = [map(10.0, 1.0, 2, vec![0, 1, 2, 3]), map(12.0, 1.0, 1, vec![3, 3])];
         let result = [map(10.5, 0.5, 4, vec![1; 8])];
-        let (width, height, step, [a, b]) = together(&truth, &result).unwrap();
+        let (width, height, step, [a, b]) = together(&truth, &result).unwrap().unwrap();
         assert_eq!((width, height, step), (3, 2, 1.0));
         assert_eq!(a, [0, 1, 3, 2, 3, 3]);
         assert_eq!(b, [1, 1, NONE, NONE, NONE, NONE], "pixels are compared at their centres");
-        assert!(together(&[], &result).is_none());
+        assert!(together(&[], &result).unwrap().is_none());
+        let far = [map(10.0, 1.0, 2, vec![0, 1]), map(1e12, 1.0, 2, vec![0, 1]), map(f64::MAX, 1e300, 2, vec![0, 1])];
+        for apart in [&far[..2], &far, &[map(0.0, f64::MIN_POSITIVE, 1, vec![0]), map(9.0, 1.0, 1, vec![0])]] {
+            assert!(together(apart, &result).unwrap_err().to_string().contains("are their corners right"));
+        }
     }
 
     #[test]
@@ -254,16 +292,16 @@ mod tests {
         );
         write("labels/a.json", r#"{"step": 0.5, "lower_left": [1, 2]}"#);
         image::GrayImage::from_raw(2, 2, vec![7, 4, 0, 0]).unwrap().save(folder.path().join("labels/a.png")).unwrap();
-        let maps = read(folder.path()).unwrap();
+        let maps = read(folder.path(), &Reach::everything()).unwrap();
         // A raster of another step and origin takes what lies under the centres of its pixels.
         let frame = Frame { origin: [1000.5, 2000.0, 0.0], crs: gable_geometry::Crs::Unknown };
         let window = GridWindow { step: 0.25, x0: 1, y0: 7, width: 4, height: 4 };
-        let on = LabelFolder::open(folder.path()).unwrap().on(window, &frame).unwrap();
+        let on = LabelFolder::open(folder.path(), &Reach::everything()).unwrap().on(window, &frame).unwrap();
         assert_eq!(on.row(0), [NONE; 4], "below the picture");
         assert_eq!(on.row(1), [NONE, 0, 0, 0], "left of it");
         assert_eq!(on.row(3), [NONE, 2, 2, NONE], "its upper row, of which one pixel is clutter");
         assert_eq!((maps[0].corner, maps[0].labels.clone()), ([1001.0, 2002.0], vec![0, 0, 2, NONE]));
         write("labels/b.json", r#"{"step": 0.5}"#);
-        assert!(read(folder.path()).unwrap_err().to_string().contains("lower left corner"));
+        assert!(read(folder.path(), &Reach::everything()).unwrap_err().to_string().contains("lower left corner"));
     }
 }

@@ -3,6 +3,7 @@
 pub mod params;
 
 mod artefact;
+mod budget;
 mod clock;
 mod error;
 mod failure;

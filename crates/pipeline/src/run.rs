@@ -16,6 +16,7 @@ use crate::workspace::Workspace;
 use crate::{PipelineError, artefact, failure, warnings};
 use artefact::LabelTile;
 use gable_city_model::Building;
+use gable_files::Reach;
 use gable_geometry::{Box2, Crs};
 use gable_ortho::{DecodedImage, GridWindow, Orthograph, TextureCache};
 use gable_scene::{Material, OpenOptions, Scene, load_texture};
@@ -25,14 +26,21 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Models a city: reads the mesh at `input` and writes the result into the folder `out`.
+/// Models a city: reads the mesh at `input` and writes the result into the folder `out`. Of the files that the mesh names, those
+/// within `reach` are read; files that parameters name are the caller's own.
 ///
 /// What a stage has finished is kept in `out/.work` until the end, so that the same call goes on where an earlier
 /// one stopped. The result does not depend on the number of threads, and no building on the grid.
 ///
 /// # Errors
 /// If the input is bad, a file cannot be written, or the observer cancels; see [`PipelineError::kind`].
-pub fn run(input: &Path, out: &Path, params: &Params, observer: &dyn Observer) -> Result<RunSummary, PipelineError> {
+pub fn run(
+    input: &Path,
+    out: &Path,
+    params: &Params,
+    reach: &Reach,
+    observer: &dyn Observer,
+) -> Result<RunSummary, PipelineError> {
     params.check()?;
     let threads = match params.resources.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -42,28 +50,29 @@ pub fn run(input: &Path, out: &Path, params: &Params, observer: &dyn Observer) -
         .num_threads(threads)
         .build()
         .map_err(|e| PipelineError::Input(format!("resources.threads = {threads}: {e}")))?;
-    pool.install(|| run_here(input, out, params, observer, threads))
+    pool.install(|| run_here(input, out, params, reach, observer, threads))
 }
 
 fn run_here(
     input: &Path,
     out: &Path,
     params: &Params,
+    reach: &Reach,
     observer: &dyn Observer,
     threads: usize,
 ) -> Result<RunSummary, PipelineError> {
     let begin = Instant::now();
-    let scene = open(input, params)?;
+    let scene = open(input, params, reach)?;
     artefact::create_dir(out)?;
     let workspace = Workspace::open(out, scene.files(), params)?;
-    let context = Context { params, observer, workspace: &workspace };
+    let context = Context { params, observer, workspace: &workspace, reach: &Reach::everything() };
     let title = title(input);
     let mut clock = Clock::default();
 
     let blocks = clock.time(Stage::Split, || split::run(&context, &scene))?;
     let mut warnings = Vec::new();
     warnings::tell(observer, warnings::of_split(&blocks.report), &mut warnings);
-    let textures = textures(blocks.report.materials.clone(), params, BTreeMap::new());
+    let textures = textures(blocks.report.materials.clone(), params, reach, BTreeMap::new());
     let (seen, mut ortho) = clock.time(Stage::Sample, || sample::run(&context, &blocks, &textures))?;
     warnings::tell(observer, warnings::of_textures(&textures.failures()), &mut warnings);
     let mut failures = Failures::default();
@@ -84,7 +93,7 @@ fn run_here(
     let (ground, survey) =
         clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, coloured, &mut failures))?;
     let known = params.segmentation.footprints.as_deref();
-    let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
+    let known = known.map(|path| Known::read(path, blocks.frame(), &context)).transpose()?;
     let known = known.as_ref();
     workspace.rest_on(&["labels", "models"], &format!("{:?}", failures.blocks()))?;
     let (labelled, holes) = clock.time(Stage::Segment, || {
@@ -97,7 +106,7 @@ fn run_here(
     warnings::tell(observer, warnings::of_holes(&holes, blocks.frame().origin), &mut warnings);
     let (tasks, labelled) = clock.time(Stage::Stitch, || stitch::stitch(&context, labelled, blocks.frame(), known))?;
     let mut tiles = clock.time(Stage::Model, || {
-        let roofs = model::known_roofs(params, blocks.frame())?;
+        let roofs = model::known_roofs(&context, blocks.frame())?;
         let modeller = Modeller {
             blocks: &blocks,
             ortho: &ortho,
@@ -157,7 +166,7 @@ pub(crate) fn title(input: &Path) -> String {
     input.file_stem().map_or_else(|| "city".to_owned(), |n| n.to_string_lossy().into_owned())
 }
 
-pub(crate) fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError> {
+pub(crate) fn open(input: &Path, params: &Params, reach: &Reach) -> Result<Scene, PipelineError> {
     let up = match params.input.up {
         Up::Auto => gable_scene::Up::Auto,
         Up::Y => gable_scene::Up::Y,
@@ -167,15 +176,17 @@ pub(crate) fn open(input: &Path, params: &Params) -> Result<Scene, PipelineError
         "auto" => None,
         text => Some(text.parse::<Crs>().map_err(|e| PipelineError::Input(e.to_string()))?),
     };
-    Scene::open(input, &OpenOptions { up, crs }).map_err(|e| PipelineError::Input(e.to_string()))
+    Scene::open(input, &OpenOptions { up, crs, reach: reach.clone() }).map_err(|e| PipelineError::Input(e.to_string()))
 }
 
-/// The textures of materials. Files that are known to be unreadable are given with the reason.
+/// The textures of materials, of which those within `reach` are read. Files that are known to be unreadable are given with the reason.
 pub(crate) fn textures(
     materials: Vec<Material>,
     params: &Params,
+    reach: &Reach,
     unreadable: BTreeMap<PathBuf, String>,
 ) -> TextureCache {
+    let reach = reach.clone();
     let capacity = params.resources.texture_cache << 20;
     TextureCache::new(materials, capacity, move |material: &Material| {
         let known = material.texture.as_ref().and_then(|source| unreadable.get(source.file()));
@@ -183,7 +194,7 @@ pub(crate) fn textures(
             return Err(reason.clone().into());
         }
         // A decoder that stumbles over a damaged image costs that image only.
-        let load = std::panic::catch_unwind(|| load_texture(material));
+        let load = std::panic::catch_unwind(|| load_texture(material, &reach));
         let image = load.map_err(|cause| format!("the decoder failed: {}", failure::said(&*cause)))??;
         let image = image.ok_or("the material has no image")?;
         let (width, height) = (image.width() as usize, image.height() as usize);

@@ -4,6 +4,7 @@ use crate::mosaic::Mosaic;
 use crate::stages::{Context, prepare, sample, split};
 use crate::workspace::Workspace;
 use crate::{Observer, Params, PipelineError, artefact, run};
+use gable_files::Reach;
 use gable_geometry::Frame;
 use gable_ortho::{GridWindow, Orthograph};
 use gable_segmentation::GreenExcess;
@@ -33,12 +34,13 @@ pub fn sample_mesh(
     observer: &dyn Observer,
 ) -> Result<SampledMesh, PipelineError> {
     params.check()?;
-    let scene = run::open(input, params)?;
+    let reach = Reach::everything();
+    let scene = run::open(input, params, &reach)?;
     artefact::create_dir(work)?;
     let workspace = Workspace::open(work, scene.files(), params)?;
-    let context = Context { params, observer, workspace: &workspace };
+    let context = Context { params, observer, workspace: &workspace, reach: &reach };
     let blocks = split::run(&context, &scene)?;
-    let textures = run::textures(blocks.report.materials.clone(), params, std::collections::BTreeMap::new());
+    let textures = run::textures(blocks.report.materials.clone(), params, &reach, std::collections::BTreeMap::new());
     let (_, ortho) = sample::run(&context, &blocks, &textures)?;
     let mut green = GreenExcess::default();
     for i in 0..ortho.tiles().len() {

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{files, job, params, result, same};
+use gable_files::Reach;
 use gable_pipeline::{Params, Stage, Unobserved, run};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -66,7 +67,7 @@ fn a_tile_that_holds_nothing_is_not_written() {
     ] {
         let params = eight_by_eight(&settings);
         let out = tempfile::tempdir().unwrap();
-        let summary = run(&mesh, out.path(), &params, &Unobserved).unwrap();
+        let summary = run(&mesh, out.path(), &params, &Reach::everything(), &Unobserved).unwrap();
         assert_eq!((summary.grid, summary.buildings), ([8, 8], 1));
         assert_eq!(counted(out.path()), wanted, "{settings:?}");
         let made = job(&mesh, &params, &|_| None);
@@ -82,9 +83,9 @@ fn tiles_of_an_earlier_result_that_hold_nothing_now_are_gone() {
     let mesh = diagonal(folder.path());
     let out = tempfile::tempdir().unwrap();
     let formats = [("output.formats", "cityjson,3dtiles")];
-    let _ = run(&mesh, out.path(), &eight_by_eight(&formats), &Unobserved).unwrap();
+    let _ = run(&mesh, out.path(), &eight_by_eight(&formats), &Reach::everything(), &Unobserved).unwrap();
     let bare = [formats[0], ("output.terrain", "false")];
-    let _ = run(&mesh, out.path(), &eight_by_eight(&bare), &Unobserved).unwrap();
+    let _ = run(&mesh, out.path(), &eight_by_eight(&bare), &Reach::everything(), &Unobserved).unwrap();
     assert_eq!(counted(out.path()), [1, 0, 1, 1]);
 }
 

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{files, job, params, result, same, timeless};
+use gable_files::Reach;
 use gable_pipeline::{RunStatus, Stage, Unobserved, run};
 use gable_synthetic_city::{Source, SynthParams, synthesise};
 
@@ -38,7 +39,7 @@ fn units_make_the_bytes_of_a_run() {
         println!("{settings:?}");
         let params = params(settings);
         let out = tempfile::tempdir().unwrap();
-        let _ = run(&mesh, out.path(), &params, &Unobserved).unwrap();
+        let _ = run(&mesh, out.path(), &params, &Reach::everything(), &Unobserved).unwrap();
         let made = job(&mesh, &params, &|_| None);
         assert_eq!(made.history.failed, []);
         for stage in Stage::ALL {

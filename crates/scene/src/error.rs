@@ -1,5 +1,6 @@
 //! What can be wrong with a scene, said so that the person at the terminal can act on it.
 
+use gable_files::{FileError, Refusal};
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -178,6 +179,17 @@ pub enum SceneError {
         /// The feature, and what to do.
         what: String,
     },
+    /// A file that may not be read: it lies elsewhere, is none, or is too long.
+    #[error(transparent)]
+    File(FileError),
+    /// More than a city has; see the README for the figures.
+    #[error("{}: {what}", path.display())]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// Of what, and how much is read.
+        what: String,
+    },
     /// A texture that cannot be used.
     #[error("{}: the texture cannot be used: {what}", path.display())]
     Texture {
@@ -198,6 +210,17 @@ impl SceneError {
         }
     }
 
+    /// The error for more of something than is read.
+    pub(crate) fn too_much(path: &Path, what: impl Into<String>) -> Self {
+        Self::TooMuch { path: path.to_owned(), what: what.into() }
+    }
+
+    /// The error for more vertices than are read of a file.
+    pub(crate) fn too_many_vertices(path: &Path) -> Self {
+        let most = crate::budget::VERTICES / 1_000_000;
+        Self::too_much(path, format!("it has more than {most} million vertices: split it into tiles"))
+    }
+
     /// A statement that cannot be understood.
     pub(crate) fn syntax(path: &Path, place: Place, what: impl Into<String>) -> Self {
         Self::Syntax { path: path.to_owned(), place, what: what.into() }
@@ -206,6 +229,16 @@ impl SceneError {
     /// A file that ends too early.
     pub(crate) fn truncated(path: &Path, place: Place, what: impl Into<String>) -> Self {
         Self::Truncated { path: path.to_owned(), place, what: what.into() }
+    }
+}
+
+impl From<FileError> for SceneError {
+    fn from(error: FileError) -> Self {
+        match error.kind {
+            Refusal::NotFound => Self::NotFound { path: error.path },
+            Refusal::Read(source) => Self::Read { path: error.path, source },
+            _ => Self::File(error),
+        }
     }
 }
 

@@ -1,14 +1,13 @@
 //! The bytes of a glTF file: its JSON, and its buffers wherever they are.
 
+use crate::budget;
 use crate::error::{Place, SceneError, shown};
 use crate::uri::{self, Target};
+use gable_files::Reach;
 use gltf::{Document, buffer, json};
-use std::fs::File;
+use std::collections::BTreeSet;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-
-/// Longest JSON that is read, bytes.
-const LONGEST_JSON: u64 = 1 << 30;
 
 /// Where the bytes of a buffer are.
 #[derive(Debug)]
@@ -23,22 +22,27 @@ enum Bytes {
 #[derive(Debug)]
 pub(crate) struct Container {
     pub(crate) path: PathBuf,
+    pub(crate) reach: Reach,
     pub(crate) document: Document,
     buffers: Vec<Bytes>,
 }
 
 impl Container {
     /// Opens a file and finds its buffers.
-    pub(crate) fn open(path: &Path) -> Result<Self, SceneError> {
-        let (json, binary) = read_json(path)?;
+    pub(crate) fn open(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
+        let (json, binary) = read_json(path, reach)?;
         let fault = |error: &dyn std::fmt::Display| {
             let what = format!("this is not a glTF 2.0 scene that can be read: {error}");
             SceneError::Unsupported { path: path.to_owned(), what }
         };
+        if memchr::memchr_iter(b'{', &json).take(budget::JSON_OBJECTS + 1).count() > budget::JSON_OBJECTS {
+            let what = format!("its JSON has more than {} objects", budget::JSON_OBJECTS);
+            return Err(SceneError::too_much(path, what));
+        }
         let root: json::Root = json::deserialize::from_slice(&json).map_err(|e| fault(&e))?;
         check_attributes(&root).map_err(|e| fault(&e))?;
         let document = Document::from_json(root).map_err(|e| fault(&e))?;
-        let mut container = Self { path: path.to_owned(), document, buffers: Vec::new() };
+        let mut container = Self { path: path.to_owned(), reach: reach.clone(), document, buffers: Vec::new() };
         let mut buffers = Vec::new();
         for buffer in container.document.buffers() {
             buffers.push(container.find(&buffer, binary)?);
@@ -57,11 +61,28 @@ impl Container {
             buffer::Source::Uri(text) => match self.resolve(text)? {
                 Target::Bytes(bytes) => Ok(Bytes::Memory(bytes)),
                 Target::File(path) => {
-                    let length = std::fs::metadata(&path).map_err(|e| SceneError::read(&path, e))?.len();
+                    let length = self.reach.length(&path)?;
                     Ok(Bytes::File { path, start: 0, length })
                 }
             },
         }
+    }
+
+    /// Bytes of all buffers together; a file that is several of them counts once.
+    pub(crate) fn buffer_bytes(&self) -> u64 {
+        let mut files = BTreeSet::new();
+        let mut bytes = 0_u64;
+        for buffer in &self.buffers {
+            match buffer {
+                Bytes::File { path, length, .. } => {
+                    if files.insert(path.canonicalize().unwrap_or_else(|_| path.clone())) {
+                        bytes = bytes.saturating_add(*length);
+                    }
+                }
+                Bytes::Memory(content) => bytes = bytes.saturating_add(content.len() as u64),
+            }
+        }
+        bytes
     }
 
     /// What a URI of this file stands for.
@@ -92,7 +113,7 @@ impl Container {
                 if end > *all {
                     return Err(outside(*all, path, *start));
                 }
-                read_at(path, start + offset, length)
+                read_at(path, &self.reach, start + offset, length)
             }
         }
     }
@@ -118,12 +139,10 @@ fn check_attributes(root: &json::Root) -> Result<(), String> {
 }
 
 /// Bytes of a file.
-fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, SceneError> {
+fn read_at(path: &Path, reach: &Reach, offset: u64, length: u64) -> Result<Vec<u8>, SceneError> {
     let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|mut file| {
-        file.seek(SeekFrom::Start(offset))?;
-        file.take(length).read_to_end(&mut bytes)
-    });
+    let mut file = reach.open(path)?;
+    let read = file.seek(SeekFrom::Start(offset)).and_then(|_| file.take(length).read_to_end(&mut bytes));
     read.map_err(|e| SceneError::read(path, e))?;
     if (bytes.len() as u64) < length {
         let place = Place::Byte(offset + bytes.len() as u64);
@@ -137,16 +156,16 @@ fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, SceneError>
 }
 
 /// The JSON, and for a GLB where its binary chunk starts and how long it is.
-fn read_json(path: &Path) -> Result<(Vec<u8>, Option<(u64, u64)>), SceneError> {
-    let size = std::fs::metadata(path).map_err(|e| SceneError::read(path, e))?.len();
-    let start = read_at(path, 0, size.min(20))?;
+fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>), SceneError> {
+    let size = reach.length(path)?;
+    let start = read_at(path, reach, 0, size.min(20))?;
     if !start.starts_with(b"glTF") {
         if start.trim_ascii_start().first() != Some(&b'{') && !start.starts_with(b"\xef\xbb\xbf") {
             let found = shown(&start[..start.len().min(8)]);
             return Err(SceneError::WrongMagic { path: path.to_owned(), expected: "a GLB or glTF file", found });
         }
-        let json = read_at(path, 0, size.min(LONGEST_JSON))?;
-        return Ok((json.strip_prefix(b"\xef\xbb\xbf").map_or(json.clone(), <[u8]>::to_vec), None));
+        let json = reach.read(path, budget::JSON)?;
+        return Ok((json.strip_prefix(b"\xef\xbb\xbf").map_or_else(|| json.clone(), <[u8]>::to_vec), None));
     }
     let number = |at: usize| {
         let bytes = start.get(at..at + 4)?;
@@ -170,11 +189,14 @@ fn read_json(path: &Path) -> Result<(Vec<u8>, Option<(u64, u64)>), SceneError> {
     if after > size {
         return Err(cut("within its JSON"));
     }
-    let json = read_at(path, 20, u64::from(length))?;
+    if u64::from(length) > budget::JSON {
+        return Err(SceneError::too_much(path, format!("its JSON has more than {} MiB", budget::JSON >> 20)));
+    }
+    let json = read_at(path, reach, 20, u64::from(length))?;
     if after + 8 > size {
         return Ok((json, None));
     }
-    let head = read_at(path, after, 8)?;
+    let head = read_at(path, reach, after, 8)?;
     let length = u64::from(u32::from_le_bytes([head[0], head[1], head[2], head[3]]));
     if &head[4..] != b"BIN\0" {
         return Ok((json, None));

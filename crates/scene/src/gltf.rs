@@ -1,23 +1,27 @@
 //! GLB and glTF 2.0 files (Khronos): the triangles of the default scene, its nodes' transforms applied.
 
+use crate::budget;
 use crate::counts::{WarningKind, Warnings};
 use crate::error::{Place, SceneError};
 use crate::glb::Container;
+use crate::gltf_accessor::{Indices, Numbers};
+use crate::gltf_visits::visits;
 use crate::material::{GREY, Material, TextureSource};
 use crate::sink::{Corner, Halt, Placement, Sink};
 use crate::texture;
 use crate::transform::Transform;
 use crate::triangle::Triangle;
 use crate::uri::Target;
+use gable_files::Reach;
 use gable_geometry::DVec3;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
-use gltf::{Accessor, Primitive, Semantic};
+use gltf::{Primitive, Semantic};
 use std::path::Path;
 
 /// A material for each of the file's, in its order.
-pub(crate) fn read_materials(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
-    let container = Container::open(path)?;
+pub(crate) fn read_materials(path: &Path, reach: &Reach, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
+    let container = Container::open(path, reach)?;
     let mut materials = Vec::new();
     for source in container.document.materials() {
         let surface = source.pbr_metallic_roughness();
@@ -47,7 +51,7 @@ fn image_source(container: &Container, index: usize) -> Result<TextureSource, St
     let embedded = TextureSource::Embedded { file: container.path.clone(), image: index };
     let start = match image_target(container, index, 16).map_err(|e| e.to_string())? {
         Target::File(file) => {
-            texture::image_type(&file)?;
+            texture::image_type(&file, &container.reach)?;
             return Ok(TextureSource::File(file));
         }
         Target::Bytes(bytes) => bytes,
@@ -71,10 +75,10 @@ fn image_target(container: &Container, index: usize, most: u64) -> Result<Target
 }
 
 /// The bytes of an image inside a file.
-pub(crate) fn image_bytes(path: &Path, index: usize) -> Result<Vec<u8>, SceneError> {
-    match image_target(&Container::open(path)?, index, u64::MAX)? {
+pub(crate) fn image_bytes(path: &Path, index: usize, reach: &Reach) -> Result<Vec<u8>, SceneError> {
+    match image_target(&Container::open(path, reach)?, index, budget::IMAGE_FILE)? {
         Target::Bytes(bytes) => Ok(bytes),
-        Target::File(file) => std::fs::read(&file).map_err(|e| SceneError::read(&file, e)),
+        Target::File(file) => Ok(reach.read(&file, budget::IMAGE_FILE)?),
     }
 }
 
@@ -85,33 +89,17 @@ fn srgb(linear: f32) -> u8 {
 }
 
 /// Streams one file: primitive by primitive, each in memory while it is read.
-pub(crate) fn stream(path: &Path, first: u32, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
-    let container = Container::open(path)?;
-    let document = &container.document;
-    let scene = document.default_scene().or_else(|| document.scenes().next());
-    let mut open: Vec<(usize, Transform)> = match scene {
-        Some(scene) => scene.nodes().map(|node| (node.index(), Transform::IDENTITY)).collect(),
-        None => {
-            let mut is_child = vec![false; document.nodes().len()];
-            for child in document.nodes().flat_map(|node| node.children().collect::<Vec<_>>()) {
-                is_child[child.index()] = true;
-            }
-            let roots = document.nodes().filter(|node| !is_child[node.index()]);
-            roots.map(|node| (node.index(), Transform::IDENTITY)).collect()
-        }
-    };
-    open.reverse();
-    let nodes: Vec<_> = document.nodes().collect();
-    let mut seen = vec![false; nodes.len()];
-    while let Some((index, above)) = open.pop() {
-        if std::mem::replace(&mut seen[index], true) {
-            return Err(container.fault(&format!("node {index} hangs under two nodes or under itself")).into());
-        }
-        let node = &nodes[index];
-        let transform = above.then(&node.transform().matrix());
-        let children: Vec<_> = node.children().map(|child| (child.index(), transform)).collect();
-        open.extend(children.into_iter().rev());
-        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+pub(crate) fn stream(
+    path: &Path,
+    reach: &Reach,
+    first: u32,
+    placement: Placement,
+    sink: &mut Sink<'_>,
+) -> Result<(), Halt> {
+    let container = Container::open(path, reach)?;
+    let nodes: Vec<_> = container.document.nodes().collect();
+    for (index, transform) in visits(&container)? {
+        for primitive in nodes[index].mesh().iter().flat_map(gltf::Mesh::primitives) {
             stream_primitive(&container, &primitive, first, &transform, placement, sink)?;
         }
     }
@@ -216,98 +204,4 @@ fn stream_primitive(
         sink.polygon(&three, material, path, place)?;
     }
     Ok(())
-}
-
-/// Vectors of numbers in a buffer.
-struct Numbers {
-    bytes: Vec<u8>,
-    stride: usize,
-    kind: DataType,
-    count: usize,
-}
-
-impl Numbers {
-    fn read(
-        container: &Container,
-        accessor: &Accessor<'_>,
-        dimensions: Dimensions,
-        kinds: &[DataType],
-    ) -> Result<Self, SceneError> {
-        let kind = accessor.data_type();
-        if accessor.dimensions() != dimensions || !kinds.contains(&kind) {
-            let what = format!(
-                "accessor {} holds {:?} of {kind:?}, which is not read: write floats",
-                accessor.index(),
-                accessor.dimensions()
-            );
-            return Err(container.fault(&what));
-        }
-        let (bytes, stride, _) = read_accessor(container, accessor)?;
-        Ok(Self { bytes, stride, kind, count: accessor.count() })
-    }
-
-    /// The first numbers of an item; whole numbers as fractions of their largest.
-    fn get<const N: usize>(&self, at: usize) -> [f32; N] {
-        let mut out = [0.0; N];
-        for (axis, value) in out.iter_mut().enumerate() {
-            let size = self.kind.size();
-            let start = at * self.stride + axis * size;
-            let Some(bytes) = self.bytes.get(start..start + size) else { continue };
-            *value = match (self.kind, bytes) {
-                (DataType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
-                (DataType::U16, &[a, b]) => f32::from(u16::from_le_bytes([a, b])) / 65_535.0,
-                (_, &[a, ..]) => f32::from(a) / 255.0,
-                _ => 0.0,
-            };
-        }
-        out
-    }
-}
-
-/// Whole numbers in a buffer.
-struct Indices {
-    bytes: Vec<u8>,
-    stride: usize,
-    size: usize,
-    count: usize,
-    offset: u64,
-}
-
-impl Indices {
-    fn read(container: &Container, accessor: &Accessor<'_>) -> Result<Self, SceneError> {
-        let kind = accessor.data_type();
-        if accessor.dimensions() != Dimensions::Scalar || !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32)
-        {
-            return Err(container.fault(&format!("accessor {} holds {kind:?}, which are no indices", accessor.index())));
-        }
-        let (bytes, stride, offset) = read_accessor(container, accessor)?;
-        Ok(Self { bytes, stride, size: kind.size(), count: accessor.count(), offset })
-    }
-
-    fn get(&self, at: usize) -> u32 {
-        let mut four = [0; 4];
-        if let Some(bytes) = self.bytes.get(at * self.stride..at * self.stride + self.size) {
-            four[..self.size].copy_from_slice(bytes);
-        }
-        u32::from_le_bytes(four)
-    }
-}
-
-/// The bytes of an accessor, the distance between its items, and where it starts in its buffer.
-fn read_accessor(container: &Container, accessor: &Accessor<'_>) -> Result<(Vec<u8>, usize, u64), SceneError> {
-    let (Some(view), None) = (accessor.view(), accessor.sparse()) else {
-        return Err(container.fault(&format!("accessor {} is sparse, which is not read", accessor.index())));
-    };
-    let size = accessor.size();
-    let stride = view.stride().unwrap_or(size).max(size);
-    let length = match accessor.count() {
-        0 => 0,
-        count => (count as u64 - 1).saturating_mul(stride as u64).saturating_add(size as u64),
-    };
-    let offset = (view.offset() as u64).saturating_add(accessor.offset() as u64);
-    if (accessor.offset() as u64).saturating_add(length) > view.length() as u64 {
-        let what = format!("accessor {} reaches beyond its buffer view", accessor.index());
-        return Err(SceneError::syntax(&container.path, Place::Byte(offset), what));
-    }
-    Ok((container.read(view.buffer().index(), offset, length)?, stride, offset))
 }

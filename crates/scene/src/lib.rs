@@ -1,9 +1,13 @@
 #![doc = include_str!("../README.md")]
 
+mod budget;
 mod counts;
 mod error;
 mod glb;
 mod gltf;
+mod gltf_accessor;
+mod gltf_visits;
+mod library;
 mod line_blocks;
 mod material;
 mod metadata;
@@ -28,5 +32,5 @@ pub use counts::{Counts, Warning, WarningKind, Warnings};
 pub use error::{Place, SceneError};
 pub use material::{GREY, Material, TextureSource};
 pub use scene::{Content, OpenOptions, Scene, Up};
-pub use texture::{load_texture, texture_bytes};
+pub use texture::{decode_image, load_texture, texture_bytes};
 pub use triangle::Triangle;

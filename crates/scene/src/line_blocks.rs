@@ -1,6 +1,7 @@
 //! A text file in pieces that end where a line ends, so that the pieces can be parsed apart.
 
 use crate::error::{Place, SceneError};
+use gable_files::Reach;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -20,8 +21,8 @@ pub(crate) struct LineBlocks<'a> {
 
 impl<'a> LineBlocks<'a> {
     /// Opens a file to be read in pieces of about `size` bytes.
-    pub(crate) fn open(path: &'a Path, size: usize) -> Result<Self, SceneError> {
-        let file = File::open(path).map_err(|e| SceneError::read(path, e))?;
+    pub(crate) fn open(path: &'a Path, reach: &Reach, size: usize) -> Result<Self, SceneError> {
+        let file = reach.open(path)?;
         Ok(Self { path, file, size, carry: Vec::new(), offset: 0, ended: false })
     }
 
@@ -84,7 +85,7 @@ mod tests {
         text.extend_from_slice(b"f 1 2 3");
         let file = tempfile::NamedTempFile::new().expect("temporary file");
         std::fs::write(file.path(), &text).expect("temporary file");
-        let mut blocks = LineBlocks::open(file.path(), 100_000).expect("opens");
+        let mut blocks = LineBlocks::open(file.path(), &Reach::everything(), 100_000).expect("opens");
         let mut joined = Vec::new();
         while let Some(block) = blocks.next().expect("reads") {
             joined.extend_from_slice(&block);

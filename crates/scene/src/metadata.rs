@@ -1,14 +1,13 @@
 //! `metadata.xml`, which photogrammetry programs write beside their tiles.
 
+use crate::budget;
 use crate::counts::{WarningKind, Warnings};
 use crate::error::SceneError;
+use gable_files::Reach;
 use gable_geometry::{Crs, DVec3};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::path::{Path, PathBuf};
-
-/// Longest metadata file that is read, bytes.
-const LONGEST: u64 = 16 << 20;
 
 /// The reference system of tiles and what is added to their coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,16 +22,12 @@ pub(crate) struct Metadata {
 impl Metadata {
     /// Looks for `metadata.xml` in a folder and the two above it.
     ///
-    /// A file of that name whose root is not `ModelMetadata` belongs to something else.
-    pub(crate) fn find(folder: &Path) -> Result<Option<Self>, SceneError> {
+    /// A file of that name whose root is not `ModelMetadata` belongs to something else, and so does one that may not be read.
+    pub(crate) fn find(folder: &Path, reach: &Reach) -> Result<Option<Self>, SceneError> {
         for folder in folder.ancestors().take(3) {
             let path = folder.join("metadata.xml");
-            if path.is_file() {
-                let length = std::fs::metadata(&path).map_err(|e| SceneError::read(&path, e))?.len();
-                if length > LONGEST {
-                    continue;
-                }
-                let bytes = std::fs::read(&path).map_err(|e| SceneError::read(&path, e))?;
+            if reach.is_file(&path) && reach.length(&path)? <= budget::METADATA {
+                let bytes = reach.read(&path, budget::METADATA)?;
                 if let Some(found) = parse(&path, &bytes)? {
                     return Ok(Some(found));
                 }
@@ -96,6 +91,9 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Option<Metadata>, SceneError> {
             Event::Start(tag) => {
                 if stack.is_empty() && tag.name().as_ref() != "ModelMetadata" {
                     return Ok(None);
+                }
+                if stack.len() == budget::METADATA_DEPTH {
+                    return Err(fault(format!("elements are nested deeper than {}", budget::METADATA_DEPTH)));
                 }
                 stack.push(tag.name().as_ref().to_owned());
             }

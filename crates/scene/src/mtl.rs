@@ -1,10 +1,13 @@
 //! Material libraries of OBJ files.
 
+use crate::budget;
 use crate::counts::{WarningKind, Warnings};
 use crate::error::SceneError;
 use crate::material::{GREY, Material, TextureSource};
 use crate::number::parse_f64;
 use crate::texture;
+use gable_files::Reach;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Options of a texture statement and how many numbers or words follow each.
@@ -24,16 +27,27 @@ const MAP_OPTIONS: [(&[u8], usize); 11] = [
     (b"-colorspace", 1),
 ];
 
-/// Reads a material library; textures that are not there are counted, and their materials are grey.
-pub(crate) fn read(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| SceneError::read(path, e))?;
+/// The materials of a library, at most `most`; textures that are not there are counted, and their materials are grey.
+pub(crate) fn parse(
+    path: &Path,
+    bytes: &[u8],
+    reach: &Reach,
+    most: usize,
+    warnings: &mut Warnings,
+) -> Result<Vec<Material>, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<Material> = Vec::new();
     let mut emissive = false;
+    // What is known of files that were looked at; looked up only, never iterated.
+    let mut looked: HashMap<PathBuf, Result<(), String>> = HashMap::new();
     for line in bytes.split(|&b| b == b'\n' || b == b'\r') {
         let line = line.trim_ascii();
         let (keyword, rest) = split_word(line);
         if keyword == b"newmtl" {
+            if materials.len() == most {
+                let what = format!("with it there are more than {} materials", budget::MATERIALS);
+                return Err(SceneError::too_much(path, what));
+            }
             let name = String::from_utf8_lossy(rest).into_owned();
             materials.push(Material { name, texture: None, colour: GREY });
             emissive = false;
@@ -52,8 +66,15 @@ pub(crate) fn read(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>
             // Some programs write unlit textures as emission; the diffuse one wins whatever the order.
             b"map_kd" | b"map_ke" if material.texture.is_none() || (emissive && lower == b"map_kd") => {
                 emissive = lower == b"map_ke";
-                let file = map_file(folder, rest);
-                match texture::image_type(&file) {
+                let file = map_file(folder, rest, reach);
+                if looked.len() > budget::MATERIALS {
+                    return Err(SceneError::too_much(
+                        path,
+                        format!("it names more than {} textures", budget::MATERIALS),
+                    ));
+                }
+                let found = looked.entry(file.clone()).or_insert_with(|| texture::image_type(&file, reach));
+                match found {
                     Ok(()) => material.texture = Some(TextureSource::File(file)),
                     Err(why) => {
                         warnings.add(WarningKind::MissingTexture, || format!("{}: {why}", file.display()));
@@ -69,7 +90,7 @@ pub(crate) fn read(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>
 }
 
 /// The file that a texture statement names: the rest of the line after its options.
-fn map_file(folder: &Path, mut rest: &[u8]) -> PathBuf {
+fn map_file(folder: &Path, mut rest: &[u8], reach: &Reach) -> PathBuf {
     while rest.starts_with(b"-") {
         let (option, mut after) = split_word(rest);
         let words = MAP_OPTIONS.iter().find(|(name, _)| *name == option).map(|(_, words)| *words);
@@ -89,15 +110,15 @@ fn map_file(folder: &Path, mut rest: &[u8]) -> PathBuf {
         }
         rest = after;
     }
-    resolve(folder, rest)
+    resolve(folder, rest, reach)
 }
 
 /// A file name in a text file, seen from the file's folder; backslashes are what Windows writes.
-pub(crate) fn resolve(folder: &Path, name: &[u8]) -> PathBuf {
+pub(crate) fn resolve(folder: &Path, name: &[u8], reach: &Reach) -> PathBuf {
     let name = String::from_utf8_lossy(name.trim_ascii());
     let name = name.trim_matches('"');
     let plain = folder.join(name);
-    if plain.exists() || !name.contains('\\') {
+    if reach.is_file(&plain) || !name.contains('\\') {
         return plain;
     }
     folder.join(name.replace('\\', "/"))

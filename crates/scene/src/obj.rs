@@ -1,15 +1,17 @@
 //! OBJ files: read in pieces, parsed on all cores, resolved in the order of the files.
 
+use crate::budget;
 use crate::counts::WarningKind;
 use crate::error::{Place, SceneError, shown};
+use crate::library::Libraries;
 use crate::line_blocks::LineBlocks;
-use crate::mtl;
 use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace, Switch};
 use crate::paged::Paged;
 use crate::sink::{Corner, Halt, Placement, Sink};
 use crate::triangle::Triangle;
+use gable_files::Reach;
 use gable_geometry::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 
@@ -26,12 +28,12 @@ const AHEAD: usize = 1;
 /// and the vertices of one file.
 ///
 /// A material library is read where the file names it: one that is named after the faces that need it comes too late.
-pub(crate) fn stream(files: &[PathBuf], placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+pub(crate) fn stream(files: &[PathBuf], reach: &Reach, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
     let width = rayon::current_num_threads().max(1);
     std::thread::scope(|scope| {
         let (ahead, batches) = sync_channel(AHEAD);
         scope.spawn(move || {
-            let mut reader = Reader { files, next: 0, open: None };
+            let mut reader = Reader { files, reach, next: 0, open: None };
             loop {
                 let batch = reader.batch(width);
                 let last = batch.as_ref().map_or(true, Vec::is_empty);
@@ -43,6 +45,7 @@ pub(crate) fn stream(files: &[PathBuf], placement: Placement, sink: &mut Sink<'_
         });
         let next = || batches.recv().unwrap_or_else(|_| Ok(Vec::new()));
         let mut tables = Tables::default();
+        let mut libraries = Libraries::new(reach);
         let mut batch = parse_batch(next()?);
         while !batch.is_empty() {
             let texts = next()?;
@@ -55,7 +58,7 @@ pub(crate) fn stream(files: &[PathBuf], placement: Placement, sink: &mut Sink<'_
                         std::mem::take(&mut tables).leave(sink);
                         tables.file = Some(&files[file]);
                     }
-                    tables.take(&files[file], chunk, placement, sink)
+                    tables.take(&files[file], chunk, placement, &mut libraries, sink)
                 })
             });
             resolved?;
@@ -94,6 +97,7 @@ fn parse_piece(first: bool, text: &[u8]) -> ObjChunk {
 
 struct Reader<'a> {
     files: &'a [PathBuf],
+    reach: &'a Reach,
     next: usize,
     open: Option<LineBlocks<'a>>,
 }
@@ -111,7 +115,7 @@ impl Reader<'_> {
                     let Some(file) = self.files.get(self.next) else { break };
                     self.next += 1;
                     first = true;
-                    self.open.insert(LineBlocks::open(file, PIECE)?)
+                    self.open.insert(LineBlocks::open(file, self.reach, PIECE)?)
                 }
             };
             match blocks.next()? {
@@ -136,7 +140,6 @@ impl Reader<'_> {
 }
 
 /// What faces of one file refer to.
-#[derive(Default)]
 struct Tables<'a> {
     file: Option<&'a Path>,
     faces: usize,
@@ -144,8 +147,10 @@ struct Tables<'a> {
     /// Shorter than `positions` where the last vertices have no colour.
     colours: Paged<[u8; 4]>,
     uvs: Paged<[f32; 2]>,
-    /// Libraries that the file has named.
-    libraries: Vec<Vec<u8>>,
+    /// Libraries that the file has named. Looked up only, never iterated.
+    libraries: HashSet<Vec<u8>>,
+    /// How many more it may name.
+    names_left: usize,
     /// Their materials, by name, in the scene's list. Looked up only, never iterated.
     materials: HashMap<Vec<u8>, u32>,
     /// The name of the material in use; `None` before the first.
@@ -156,6 +161,25 @@ struct Tables<'a> {
     corners: Vec<Corner>,
 }
 
+impl Default for Tables<'_> {
+    fn default() -> Self {
+        Self {
+            file: None,
+            faces: 0,
+            positions: Paged::default(),
+            colours: Paged::default(),
+            uvs: Paged::default(),
+            libraries: HashSet::new(),
+            names_left: budget::LIBRARY_NAMES,
+            materials: HashMap::new(),
+            using: None,
+            material: None,
+            lines: 0,
+            corners: Vec::new(),
+        }
+    }
+}
+
 impl Tables<'_> {
     /// Says so if a file held nothing.
     fn leave(self, sink: &mut Sink<'_>) {
@@ -164,8 +188,19 @@ impl Tables<'_> {
         }
     }
 
-    fn take(&mut self, file: &Path, chunk: ObjChunk, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    fn take(
+        &mut self,
+        file: &Path,
+        chunk: ObjChunk,
+        placement: Placement,
+        libraries: &mut Libraries<'_>,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Halt> {
         let (vertices, uvs) = (self.positions.len(), self.uvs.len());
+        let most = (vertices + chunk.positions.len()).max(uvs + chunk.uvs.len());
+        if most as u64 > budget::VERTICES {
+            return Err(SceneError::too_many_vertices(file).into());
+        }
         for &[x, y, z] in &chunk.positions {
             self.positions.push(placement.apply(DVec3::new(x, y, z)));
         }
@@ -184,13 +219,15 @@ impl Tables<'_> {
         let mut corners = chunk.corners.as_slice();
         for (at, face) in chunk.faces.iter().enumerate() {
             while let Some((_, switch)) = switches.next_if(|(from, _)| *from as usize <= at) {
-                self.switch(file, switch, sink);
+                self.switch(file, switch, libraries, sink)?;
             }
             let (own, rest) = corners.split_at(face.corners as usize);
             corners = rest;
             self.face(file, face, own, vertices, uvs, sink)?;
         }
-        switches.for_each(|(_, switch)| self.switch(file, switch, sink));
+        for (_, switch) in switches {
+            self.switch(file, switch, libraries, sink)?;
+        }
 
         if chunk.ignored > 0 {
             let line = self.lines + u64::from(chunk.first_ignored) + 1;
@@ -211,43 +248,29 @@ impl Tables<'_> {
     }
 
     /// Reads a library or takes up a material.
-    fn switch(&mut self, file: &Path, switch: Switch, sink: &mut Sink<'_>) {
+    fn switch(
+        &mut self,
+        file: &Path,
+        switch: Switch,
+        libraries: &mut Libraries<'_>,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), SceneError> {
         match switch {
-            Switch::Library(name) if self.libraries.contains(&name) => return,
+            Switch::Library(name) if self.libraries.contains(&name) => return Ok(()),
             Switch::Library(name) => {
-                self.read_library(file, &name, sink);
-                self.libraries.push(name);
+                for numbers in libraries.named(file, &name, &mut self.names_left, sink)? {
+                    // The first definition of a name in a file counts.
+                    for number in numbers {
+                        let material = sink.materials[number as usize].name.clone().into_bytes();
+                        self.materials.entry(material).or_insert(number);
+                    }
+                }
+                self.libraries.insert(name);
             }
             Switch::Material(name) => self.using = Some(name),
         }
         self.material = self.using.as_ref().and_then(|name| self.materials.get(name).copied());
-    }
-
-    /// Adds a library's materials to the scene's; the first definition of a name in a file counts.
-    fn read_library(&mut self, file: &Path, name: &[u8], sink: &mut Sink<'_>) {
-        let folder = file.parent().unwrap_or(Path::new(""));
-        // A name may hold blanks, or the line several names.
-        let whole = mtl::resolve(folder, name);
-        let paths = if whole.exists() {
-            vec![whole]
-        } else {
-            name.split(u8::is_ascii_whitespace).filter(|n| !n.is_empty()).map(|n| mtl::resolve(folder, n)).collect()
-        };
-        for path in paths {
-            match mtl::read(&path, &mut sink.counts.warnings) {
-                Ok(read) => {
-                    for material in read {
-                        let number = sink.materials.len() as u32;
-                        self.materials.entry(material.name.clone().into_bytes()).or_insert(number);
-                        sink.materials.push(material);
-                    }
-                }
-                Err(error) => {
-                    let what = || format!("{}: {error}", file.display());
-                    sink.counts.warnings.add(WarningKind::MissingMaterialLibrary, what);
-                }
-            }
-        }
+        Ok(())
     }
 
     /// Resolves a face and hands on its triangles, a fan from the first corner.

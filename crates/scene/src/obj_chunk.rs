@@ -1,5 +1,6 @@
 //! One piece of an OBJ file, parsed apart from the others: what it says, before indices are resolved.
 
+use crate::budget;
 use crate::number::parse_f64;
 
 /// A corner of a face as written: positive from the start of the file, negative back from the face.
@@ -203,6 +204,9 @@ impl ObjChunk {
                 return Err(LineFault::Syntax(format!("{word} is no corner of a face: write v, v/vt or v/vt/vn")));
             };
             self.corners.push(corner);
+            if self.corners.len() - before > budget::CORNERS {
+                return Err(LineFault::Syntax(format!("a face of more than {} corners", budget::CORNERS)));
+            }
         }
         self.faces.push(RawFace {
             corners: (self.corners.len() - before) as u32,

@@ -1,17 +1,16 @@
 //! OFF files (Geomview): text, with colours, normals and texture coordinates at the vertices if the keyword says so.
 
+use crate::budget;
 use crate::error::{SceneError, shown};
 use crate::paged::Paged;
 use crate::sink::{Corner, Halt, Placement, Sink};
 use crate::tokens::Tokens;
 use crate::triangle::Triangle;
+use gable_files::Reach;
 use gable_geometry::DVec3;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-
-/// Most corners of a face.
-const MOST_CORNERS: f64 = 1e6;
 
 /// What the keyword says about the vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,12 +46,15 @@ struct Vertex {
 }
 
 /// Streams one file. The vertices stand in memory, the faces do not.
-pub(crate) fn stream(path: &Path, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
-    let file = File::open(path).map_err(|e| SceneError::read(path, e))?;
+pub(crate) fn stream(path: &Path, reach: &Reach, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+    let file = reach.open(path)?;
     let mut tokens = Tokens::new(path, BufReader::with_capacity(1 << 20, file), Some(b'#'), 1);
     let layout = layout(path, &mut tokens)?;
     let vertices = count(path, &mut tokens, "the number of vertices")?;
     let faces = count(path, &mut tokens, "the number of faces")?;
+    if vertices > budget::VERTICES {
+        return Err(SceneError::too_many_vertices(path).into());
+    }
     // The number of edges is there by the book, and used by nobody.
     tokens.skip_line()?;
 
@@ -65,7 +67,7 @@ pub(crate) fn stream(path: &Path, placement: Placement, sink: &mut Sink<'_>) -> 
     for _ in 0..faces {
         let size = tokens.number("the number of a face's corners")?;
         let place = tokens.place();
-        if !(0.0..=MOST_CORNERS).contains(&size) || size.fract() != 0.0 {
+        if !(0.0..=budget::CORNERS as f64).contains(&size) || size.fract() != 0.0 {
             return Err(SceneError::syntax(path, place, format!("a face cannot have {size} corners")).into());
         }
         corners.clear();

@@ -1,5 +1,6 @@
 //! PLY files (Stanford): text or binary, colours and texture coordinates at the vertices or the faces' corners.
 
+use crate::budget;
 use crate::counts::{WarningKind, Warnings};
 use crate::error::{Place, SceneError};
 use crate::material::{GREY, Material, TextureSource};
@@ -10,30 +11,28 @@ use crate::sink::{Corner, Halt, Placement, Sink};
 use crate::texture;
 use crate::tokens::Tokens;
 use crate::triangle::Triangle;
+use gable_files::Reach;
 use gable_geometry::DVec3;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// Longest list.
-const LONGEST_LIST: f64 = 1e6;
-
 type Reader = BufReader<File>;
 
-fn open(path: &Path) -> Result<(Header, Reader), SceneError> {
-    let file = File::open(path).map_err(|e| SceneError::read(path, e))?;
+fn open(path: &Path, reach: &Reach) -> Result<(Header, Reader), SceneError> {
+    let file = reach.open(path)?;
     let mut reader = BufReader::with_capacity(1 << 20, file);
     let header = ply_header::read(path, &mut reader)?;
     Ok((header, reader))
 }
 
 /// A material for each texture that the header names.
-pub(crate) fn read_materials(path: &Path, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
+pub(crate) fn read_materials(path: &Path, reach: &Reach, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let (header, _) = open(path)?;
+    let (header, _) = open(path, reach)?;
     let material = |name: String| {
-        let file = mtl::resolve(folder, name.as_bytes());
-        let texture = match texture::image_type(&file) {
+        let file = mtl::resolve(folder, name.as_bytes(), reach);
+        let texture = match texture::image_type(&file, reach) {
             Ok(()) => Some(TextureSource::File(file)),
             Err(why) => {
                 warnings.add(WarningKind::MissingTexture, || format!("{}: {why}", file.display()));
@@ -46,8 +45,14 @@ pub(crate) fn read_materials(path: &Path, warnings: &mut Warnings) -> Result<Vec
 }
 
 /// Streams one file. The vertices stand in memory, the faces do not.
-pub(crate) fn stream(path: &Path, first: u32, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
-    let (header, reader) = open(path)?;
+pub(crate) fn stream(
+    path: &Path,
+    reach: &Reach,
+    first: u32,
+    placement: Placement,
+    sink: &mut Sink<'_>,
+) -> Result<(), Halt> {
+    let (header, reader) = open(path, reach)?;
     let mut values = match header.encoding {
         Encoding::Ascii => Values::Text(Tokens::new(path, reader, None, header.lines + 1)),
         encoding => Values::Binary { path, reader, offset: header.length, big: encoding == Encoding::Big },
@@ -133,7 +138,7 @@ impl Values<'_> {
     fn length(&mut self, path: &Path, kind: Scalar) -> Result<usize, SceneError> {
         let place = self.place();
         let length = self.next(kind, "the length of a list")?;
-        if (0.0..=LONGEST_LIST).contains(&length) && length.fract() == 0.0 {
+        if (0.0..=budget::CORNERS as f64).contains(&length) && length.fract() == 0.0 {
             Ok(length as usize)
         } else {
             Err(SceneError::syntax(path, place, format!("a list cannot have {length} items")))
@@ -206,6 +211,9 @@ fn read_vertices(
     let coloured = has([0, 1, 2].map(Role::Colour));
     let textured = roles.contains(&Role::Uv(0)) && roles.contains(&Role::Uv(1));
     let fractions = element.properties.iter().zip(&roles).any(|(p, r)| *r == Role::Colour(0) && p.item.is_float());
+    if element.count > budget::VERTICES {
+        return Err(SceneError::too_many_vertices(path));
+    }
     let mut vertices = Paged::default();
     for _ in 0..element.count {
         let (mut position, mut colour, mut uv) = ([0.0; 3], [0.0; 3], [0.0; 2]);

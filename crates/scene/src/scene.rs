@@ -1,5 +1,6 @@
 //! A scene: one mesh file or a folder of them, opened but not read.
 
+use crate::budget;
 use crate::counts::{Counts, WarningKind, Warnings};
 use crate::error::SceneError;
 use crate::material::Material;
@@ -7,6 +8,7 @@ use crate::metadata::Metadata;
 use crate::obj;
 use crate::sink::{Halt, Placement, Sink};
 use crate::triangle::Triangle;
+use gable_files::Reach;
 use gable_geometry::{Crs, DVec3};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -31,6 +33,8 @@ pub struct OpenOptions {
     pub up: Up,
     /// The reference system, in place of what the files say.
     pub crs: Option<Crs>,
+    /// Which files may be read: those of the scene, and what they name. By default all that the system lets this process read.
+    pub reach: Reach,
 }
 
 /// The formats by file ending.
@@ -58,6 +62,7 @@ impl Format {
 #[derive(Clone, Debug)]
 pub struct Scene {
     path: PathBuf,
+    reach: Reach,
     format: Format,
     files: Vec<PathBuf>,
     /// Index of each file's first material.
@@ -91,12 +96,14 @@ impl Scene {
     /// files are opened only when they are streamed.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let status = std::fs::metadata(path).map_err(|e| SceneError::read(path, e))?;
+        let reach = &options.reach;
+        reach.resolve(path)?;
+        let is_folder = reach.is_folder(path);
         let mut warnings = Warnings::default();
-        let (format, files) = if status.is_dir() { list(path, &mut warnings)? } else { single(path)? };
+        let (format, files) = if is_folder { list(path, reach, &mut warnings)? } else { single(path)? };
 
-        let folder = if status.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) };
-        let metadata = Metadata::find(folder)?;
+        let folder = if is_folder { path } else { path.parent().unwrap_or(Path::new("")) };
+        let metadata = Metadata::find(folder, reach)?;
         let crs = match (&options.crs, &metadata) {
             (Some(crs), _) => crs.clone(),
             (None, Some(metadata)) => metadata.crs(&mut warnings)?,
@@ -109,6 +116,7 @@ impl Scene {
         };
         let mut scene = Self {
             path: path.to_owned(),
+            reach: reach.clone(),
             format,
             files,
             first_materials: Vec::new(),
@@ -120,6 +128,12 @@ impl Scene {
         };
         scene.read_materials()?;
         Ok(scene)
+    }
+
+    /// Which files are read: also what shows the scene's textures is to keep to it.
+    #[must_use]
+    pub fn reach(&self) -> &Reach {
+        &self.reach
     }
 
     /// The reference system of the triangles' coordinates.
@@ -168,20 +182,21 @@ impl Scene {
     fn stream(&self, visit: &mut dyn FnMut(&[Triangle]) -> ControlFlow<()>) -> Result<Content, Halt> {
         let mut counts = Counts { warnings: self.warnings.clone(), ..Counts::default() };
         for file in &self.files {
-            counts.bytes += std::fs::metadata(file).map_err(|e| SceneError::read(file, e))?.len();
+            counts.bytes += self.reach.length(file)?;
         }
-        let mut sink = Sink::new(self.materials.clone(), counts, visit);
+        let mut sink = Sink::new(&self.path, self.materials.clone(), counts, visit);
+        let reach = &self.reach;
         match self.format {
-            Format::Obj => obj::stream(&self.files, self.placement, &mut sink)?,
+            Format::Obj => obj::stream(&self.files, reach, self.placement, &mut sink)?,
             format => {
                 for (file, first) in self.files.iter().zip(&self.first_materials) {
                     let before = sink.triangles();
                     sink.counts.files += 1;
                     match format {
-                        Format::Ply => crate::ply::stream(file, *first, self.placement, &mut sink)?,
-                        Format::Off => crate::off::stream(file, self.placement, &mut sink)?,
+                        Format::Ply => crate::ply::stream(file, reach, *first, self.placement, &mut sink)?,
+                        Format::Off => crate::off::stream(file, reach, self.placement, &mut sink)?,
                         Format::Obj | Format::Gltf => {
-                            crate::gltf::stream(file, *first, self.placement, &mut sink)?;
+                            crate::gltf::stream(file, reach, *first, self.placement, &mut sink)?;
                         }
                     }
                     if sink.triangles() == before {
@@ -198,13 +213,13 @@ impl Scene {
     /// Reads the materials that headers name, in the order of the files.
     fn read_materials(&mut self) -> Result<(), SceneError> {
         use rayon::prelude::*;
-        let format = self.format;
+        let (format, reach) = (self.format, &self.reach);
         let read = |file: &PathBuf| {
             let mut warnings = Warnings::default();
             let materials = match format {
-                Format::Ply => crate::ply::read_materials(file, &mut warnings),
+                Format::Ply => crate::ply::read_materials(file, reach, &mut warnings),
                 Format::Obj | Format::Off => Ok(Vec::new()),
-                Format::Gltf => crate::gltf::read_materials(file, &mut warnings),
+                Format::Gltf => crate::gltf::read_materials(file, reach, &mut warnings),
             };
             materials.map(|materials| (materials, warnings))
         };
@@ -213,6 +228,9 @@ impl Scene {
             let (materials, warnings) = read?;
             self.first_materials.push(self.materials.len() as u32);
             self.materials.extend(materials);
+            if self.materials.len() > budget::MATERIALS {
+                return Err(SceneError::too_much(&self.path, format!("more than {} materials", budget::MATERIALS)));
+            }
             self.warnings.merge(warnings);
         }
         Ok(())
@@ -234,11 +252,11 @@ fn single(path: &Path) -> Result<(Format, Vec<PathBuf>), SceneError> {
 const DEPTH: usize = 4;
 
 /// The meshes of a folder: those in `Data` if there is such a folder, as photogrammetry programs have it.
-fn list(folder: &Path, warnings: &mut Warnings) -> Result<(Format, Vec<PathBuf>), SceneError> {
+fn list(folder: &Path, reach: &Reach, warnings: &mut Warnings) -> Result<(Format, Vec<PathBuf>), SceneError> {
     let data = folder.join("Data");
-    let start = if data.is_dir() { &data } else { folder };
-    let mut files = Vec::new();
-    walk(start, DEPTH, &mut files)?;
+    let start = if reach.is_folder(&data) { &data } else { folder };
+    let (mut files, mut left) = (Vec::new(), budget::ENTRIES);
+    walk(start, reach, DEPTH, &mut left, &mut files)?;
     files.sort();
     let chosen = [Format::Obj, Format::Gltf, Format::Ply, Format::Off]
         .into_iter()
@@ -250,12 +268,20 @@ fn list(folder: &Path, warnings: &mut Warnings) -> Result<(Format, Vec<PathBuf>)
     Ok((chosen, files.into_iter().filter(|(_, format)| *format == chosen).map(|(path, _)| path).collect()))
 }
 
-fn walk(folder: &Path, depth: usize, files: &mut Vec<(PathBuf, Format)>) -> Result<(), SceneError> {
-    for entry in std::fs::read_dir(folder).map_err(|e| SceneError::read(folder, e))? {
-        let path = entry.map_err(|e| SceneError::read(folder, e))?.path();
-        if path.is_dir() {
+/// Gathers the meshes; `left` is how many more entries are looked at: links can make a small tree endless.
+fn walk(
+    folder: &Path,
+    reach: &Reach,
+    depth: usize,
+    left: &mut usize,
+    files: &mut Vec<(PathBuf, Format)>,
+) -> Result<(), SceneError> {
+    let entries = reach.list(folder, *left)?;
+    *left -= entries.len();
+    for path in entries {
+        if reach.is_folder(&path) {
             if depth > 0 {
-                walk(&path, depth - 1, files)?;
+                walk(&path, reach, depth - 1, left, files)?;
             }
         } else if let Some(format) = Format::of(&path) {
             files.push((path, format));

@@ -1,11 +1,13 @@
 //! Where the readers put their triangles: checked, gathered into chunks, handed to the visitor.
 
+use crate::budget;
 use crate::counts::{Counts, WarningKind};
 use crate::error::{Place, SceneError};
 use crate::material::Material;
 use crate::scene::Content;
 use crate::survey::Survey;
 use crate::triangle::Triangle;
+use gable_files::FileError;
 use gable_geometry::{DVec3, dvec3};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -25,6 +27,12 @@ pub(crate) enum Halt {
 impl From<SceneError> for Halt {
     fn from(error: SceneError) -> Self {
         Self::Failed(Box::new(error))
+    }
+}
+
+impl From<FileError> for Halt {
+    fn from(error: FileError) -> Self {
+        SceneError::from(error).into()
     }
 }
 
@@ -63,6 +71,7 @@ impl Corner {
 
 /// The receiving end of a stream.
 pub(crate) struct Sink<'a> {
+    path: &'a Path,
     /// The scene's materials, as far as they are known.
     pub(crate) materials: Vec<Material>,
     visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
@@ -74,11 +83,12 @@ pub(crate) struct Sink<'a> {
 
 impl<'a> Sink<'a> {
     pub(crate) fn new(
+        path: &'a Path,
         materials: Vec<Material>,
         counts: Counts,
         visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     ) -> Self {
-        Self { materials, visit, chunk: Vec::new(), survey: Survey::new(), counts }
+        Self { path, materials, visit, chunk: Vec::new(), survey: Survey::new(), counts }
     }
 
     /// Takes a polygon as a fan of triangles from its first corner; counts one of fewer than three.
@@ -127,14 +137,15 @@ impl<'a> Sink<'a> {
 
     /// Triangles taken so far, without those that have no area.
     pub(crate) fn triangles(&self) -> u64 {
-        let mut counts = Counts::default();
-        self.survey.report(&mut counts);
-        counts.triangles
+        self.survey.triangles()
     }
 
     fn hand_on(&mut self) -> Result<(), Halt> {
         if self.chunk.is_empty() {
             return Ok(());
+        }
+        if self.triangles() > budget::TRIANGLES {
+            return Err(SceneError::too_much(self.path, "more than 1000 million triangles").into());
         }
         let flow = (self.visit)(&self.chunk);
         self.chunk.clear();

@@ -51,6 +51,11 @@ impl Survey {
         true
     }
 
+    /// Triangles so far.
+    pub(crate) fn triangles(&self) -> u64 {
+        self.triangles
+    }
+
     /// Writes the sums into the counts.
     pub(crate) fn report(&self, counts: &mut Counts) {
         counts.triangles = self.triangles;

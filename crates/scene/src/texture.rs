@@ -1,63 +1,65 @@
 //! Decoding of textures.
 
+use crate::budget;
 use crate::error::{SceneError, shown};
 use crate::material::{Material, TextureSource};
-use image::{ImageFormat, ImageReader, Limits, RgbImage};
-use std::fs::File;
-use std::io::{Cursor, Read};
+use gable_files::{FileError, Reach};
+use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits, RgbImage};
+use std::io::{Cursor, Read as _};
 use std::path::Path;
-
-/// Widest and highest image that is decoded, pixels.
-const LARGEST_SIDE: u32 = 32_768;
-/// Most memory that decoding one image may take, bytes: 16,384 × 16,384 pixels in RGBA.
-const LARGEST_IMAGE: u64 = 1 << 30;
-/// Longest image file that is read, bytes.
-const LARGEST_FILE: u64 = 1 << 30;
 
 /// Decodes the image of a material; `None` if it has none.
 ///
-/// Row 0 of the image is its top, so `v` = 1. An image of more than 32,768 pixels a side or 1 GiB
-/// decoded is refused before it is decoded.
+/// Row 0 of the image is its top, so `v` = 1. An image of more than 32,768 pixels a side, 2²⁸ pixels (16,384 × 16,384) or 1 GiB
+/// decoded is refused before it is decoded. Only files within `reach` are read.
 ///
 /// # Errors
-/// [`SceneError::Texture`] if the image is missing, broken, too large or neither JPEG nor PNG.
-pub fn load_texture(material: &Material) -> Result<Option<RgbImage>, SceneError> {
+/// [`SceneError::Texture`] if the image is missing, may not be read, is broken, too large or neither JPEG nor PNG.
+pub fn load_texture(material: &Material, reach: &Reach) -> Result<Option<RgbImage>, SceneError> {
     let Some(source) = &material.texture else { return Ok(None) };
-    decode(source.file(), &texture_bytes(source)?).map(Some)
+    Ok(Some(decode_image(source.file(), &texture_bytes(source, reach)?)?.into_rgb8()))
 }
 
 /// The bytes of an image as they are in the source, not decoded.
 ///
 /// # Errors
-/// [`SceneError::Texture`] if the image is missing or longer than 1 GiB.
-pub fn texture_bytes(source: &TextureSource) -> Result<Vec<u8>, SceneError> {
-    match source {
-        TextureSource::File(path) => read(path),
-        TextureSource::Embedded { file, image } => crate::gltf::image_bytes(file, *image),
-    }
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, SceneError> {
-    let fault = |what: String| SceneError::Texture { path: path.to_owned(), what };
-    let file = File::open(path).map_err(|e| fault(e.to_string()))?;
-    let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(fault("the file is longer than 1 GiB".to_owned()));
-    }
+/// [`SceneError::Texture`] if the image is missing, may not be read, is longer than 1 GiB or neither JPEG nor PNG.
+pub fn texture_bytes(source: &TextureSource, reach: &Reach) -> Result<Vec<u8>, SceneError> {
+    let bytes = match source {
+        TextureSource::File(path) => reach.read(path, budget::IMAGE_FILE).map_err(unusable)?,
+        TextureSource::Embedded { file, image } => crate::gltf::image_bytes(file, *image, reach)?,
+    };
+    let fault = |what: String| SceneError::Texture { path: source.file().to_owned(), what };
+    format(&bytes).map_err(fault)?;
     Ok(bytes)
 }
 
-fn decode(path: &Path, bytes: &[u8]) -> Result<RgbImage, SceneError> {
+fn unusable(error: FileError) -> SceneError {
+    SceneError::Texture { path: error.path, what: error.kind.to_string() }
+}
+
+/// Decodes a JPEG or PNG image under the limits of [`load_texture`]; `path` is for the messages.
+///
+/// # Errors
+/// [`SceneError::Texture`] if it is broken, too large or neither JPEG nor PNG.
+pub fn decode_image(path: &Path, bytes: &[u8]) -> Result<DynamicImage, SceneError> {
     let fault = |what: String| SceneError::Texture { path: path.to_owned(), what };
     let format = format(bytes).map_err(fault)?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
-    limits.max_image_width = Some(LARGEST_SIDE);
-    limits.max_image_height = Some(LARGEST_SIDE);
-    limits.max_alloc = Some(LARGEST_IMAGE);
+    limits.max_image_width = Some(budget::IMAGE_SIDE);
+    limits.max_image_height = Some(budget::IMAGE_SIDE);
+    limits.max_alloc = Some(budget::IMAGE_MEMORY);
     reader.limits(limits);
-    Ok(reader.decode().map_err(|e| fault(e.to_string()))?.into_rgb8())
+    let decoder = reader.into_decoder().map_err(|e| fault(e.to_string()))?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > budget::IMAGE_PIXELS {
+        return Err(fault(format!("it has {width} × {height} pixels, more than the 16384 × 16384 that are read")));
+    }
+    if decoder.total_bytes() > budget::IMAGE_MEMORY {
+        return Err(fault("its pixels take more memory than the limit of 1 GiB".to_owned()));
+    }
+    DynamicImage::from_decoder(decoder).map_err(|e| fault(e.to_string()))
 }
 
 /// The image type by the first bytes, whatever the file's ending says.
@@ -73,9 +75,9 @@ pub(crate) fn format(bytes: &[u8]) -> Result<ImageFormat, String> {
 }
 
 /// Whether a file is there and an image of a type that is read; what is wrong if not.
-pub(crate) fn image_type(path: &Path) -> Result<(), String> {
+pub(crate) fn image_type(path: &Path, reach: &Reach) -> Result<(), String> {
     let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| e.to_string())?;
+    let file = reach.open(path).map_err(|e| e.kind.to_string())?;
     file.take(16).read_to_end(&mut start).map_err(|e| e.to_string())?;
     format(&start).map(|_| ())
 }
@@ -86,15 +88,15 @@ mod tests {
 
     #[test]
     fn refuses_an_image_that_would_fill_the_memory() {
-        // The header of a PNG that claims 30,000 × 30,000 pixels of 8 bytes.
+        // The header of a PNG that claims 16,000 × 16,000 pixels of 8 bytes.
         let mut png = Vec::new();
         png.extend_from_slice(
-            b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR\x00\x00\x75\x30\x00\x00\x75\x30\x10\x06\x00\x00\x00",
+            b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR\x00\x00\x3e\x80\x00\x00\x3e\x80\x10\x06\x00\x00\x00",
         );
         png.extend_from_slice(&crc(&png[12..29]).to_be_bytes());
         png.extend_from_slice(b"\x00\x00\x00\x02IDAT\x78\x9c");
         png.extend_from_slice(&crc(b"IDAT\x78\x9c").to_be_bytes());
-        let error = decode(Path::new("bomb.png"), &png).expect_err("must be refused").to_string();
+        let error = decode_image(Path::new("bomb.png"), &png).expect_err("must be refused").to_string();
         assert!(error.starts_with("bomb.png: the texture cannot be used: "), "{error}");
         assert!(error.to_lowercase().contains("limit") || error.contains("memory"), "{error}");
     }

@@ -4,6 +4,7 @@ use crate::Feed;
 use crate::auth::Access;
 use crate::pages::Snapshot;
 use crate::shared::Shared;
+use gable_files::SourceRoots;
 use gable_job_store::{Blobs, Store};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,8 +18,8 @@ pub struct Coordinator {
     pub store: Store,
     /// Contents of artefacts.
     pub blobs: Blobs,
-    /// What may be sources of jobs: folders, absolute and without links, and places such as `s3://BUCKET/PREFIX`.
-    pub roots: Vec<PathBuf>,
+    /// What may be sources of jobs.
+    pub roots: SourceRoots,
     /// What a request may take.
     pub limits: Limits,
     /// Where what is sent lies until it is in the object store; by default the system's folder for temporary files, which may be in memory.
@@ -34,7 +35,7 @@ pub struct Coordinator {
 impl Coordinator {
     /// A coordinator over these, for callers with tokens.
     #[must_use]
-    pub fn new(store: Store, blobs: Blobs, roots: Vec<PathBuf>, limits: Limits) -> Self {
+    pub fn new(store: Store, blobs: Blobs, roots: SourceRoots, limits: Limits) -> Self {
         let folder = std::env::temp_dir();
         Self { store, blobs, roots, limits, folder, open: false, feed: Feed::default(), answers: Answers::default() }
     }

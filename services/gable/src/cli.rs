@@ -146,6 +146,10 @@ pub(crate) struct RunArgs {
     /// Folder for the result; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Folder in which the mesh, and all that it names, has to lie; may be given many times. By default a mesh may name any
+    /// file that you may read: give this for a mesh from somebody whom you do not trust
+    #[arg(long = "source-root", value_name = "DIR")]
+    pub(crate) source_roots: Vec<PathBuf>,
     /// Print the summary as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -614,6 +618,9 @@ pub(crate) struct TaskArgs {
     /// Folder whose meshes may be sources of jobs
     #[arg(long = "source-root")]
     pub(crate) source_roots: Vec<PathBuf>,
+    /// What the service keeps for itself, wherever it lies
+    #[arg(long)]
+    pub(crate) own: Vec<PathBuf>,
     /// Threads of tasks that are alone in their stage
     #[arg(long, default_value_t = 1)]
     pub(crate) threads: usize,

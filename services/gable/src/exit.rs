@@ -29,6 +29,7 @@ fn number(error: &anyhow::Error) -> u8 {
         || error.is::<UsageError>()
         || error.is::<gable_city_model::Error>()
         || error.is::<SceneError>()
+        || error.is::<gable_evaluation::Error>()
         || error.is::<gable_segmentation::Error>()
         || matches!(error.downcast_ref(), Some(RemoteError::Refused(_) | RemoteError::NotSeen(_)))
         || matches!(error.downcast_ref(), Some(SynthError::Parameter { .. } | SynthError::EmptyTruth));

@@ -10,6 +10,7 @@ mod otlp;
 mod otlp_client;
 mod progress;
 mod remote;
+mod sandbox;
 mod send;
 mod service;
 mod table;

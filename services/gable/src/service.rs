@@ -2,7 +2,9 @@
 
 use crate::cli::{DatabaseArgs, KeepArgs, SlotArgs};
 use crate::exit::UsageError;
+use crate::sandbox;
 use anyhow::Context as _;
+use gable_files::SourceRoots;
 use gable_job_store::{Blobs, Store};
 use gable_pipeline::Stage;
 use gable_worker::{Limits, Settings, Worker};
@@ -23,8 +25,8 @@ const PACE: Duration = Duration::from_millis(250);
 pub(crate) struct Parts {
     pub(crate) store: Store,
     pub(crate) blobs: Blobs,
-    /// Absolute, without links; or `s3://BUCKET/PREFIX`.
-    pub(crate) roots: Vec<PathBuf>,
+    /// What may be sources of jobs.
+    pub(crate) roots: SourceRoots,
 }
 
 /// Opens database and store.
@@ -35,13 +37,28 @@ pub(crate) async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
         None => Blobs::in_folder(&folder(&keep.at.data)?.join("store"))?,
     };
     let given = if keep.source_roots.is_empty() { vec![PathBuf::from(".")] } else { keep.source_roots.clone() };
-    let roots = given.iter().map(|root| {
-        if root.to_str().is_some_and(|r| r.starts_with("s3://")) {
-            return Ok(root.clone());
-        }
-        root.canonicalize().map_err(|e| UsageError(format!("--source-root {}: {e}", root.display())).into())
-    });
-    Ok(Parts { store, blobs, roots: roots.collect::<anyhow::Result<_>>()? })
+    let roots = SourceRoots::new(given, own_places(keep)?).map_err(|e| UsageError(format!("--source-root {e}")))?;
+    Ok(Parts { store, blobs, roots })
+}
+
+/// What the service keeps for itself: neither a job's source nor what a mesh names, also where it lies in a source root, as the
+/// default folder of data does in the current one.
+fn own_places(keep: &KeepArgs) -> anyhow::Result<Vec<PathBuf>> {
+    let mut own = vec![folder(&keep.at.data)?];
+    if let Some(store) = keep.store.as_deref().filter(|place| !place.contains("://")) {
+        own.push(folder(Path::new(store))?);
+    }
+    if let Some(file) = keep.at.database.as_deref().and_then(|address| address.strip_prefix("sqlite:")) {
+        let file = file.trim_start_matches("//").split('?').next().unwrap_or_default();
+        // SQLite keeps what is not in the file yet beside it.
+        own.extend(
+            ["", "-wal", "-shm", "-journal"]
+                .map(|ending| std::path::absolute(format!("{file}{ending}")))
+                .into_iter()
+                .flatten(),
+        );
+    }
+    Ok(own)
 }
 
 /// Opens the database.
@@ -103,6 +120,11 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
     std::fs::create_dir_all(&folder).with_context(|| format!("folder {}", folder.display()))?;
     let folder = folder.canonicalize()?;
     remove_stale(&folder);
+    if let Err(why) = sandbox::is_supported() {
+        tracing::warn!(
+            "tasks run without a sandbox, for {why}: a fault in a reader of meshes could reach what this user may read and write"
+        );
+    }
     let tasks = folder.join(format!("tasks-{}", std::process::id()));
     let program = program(parts, cores, slots)?;
     (0..count)
@@ -112,6 +134,7 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
                 id,
                 host: host.clone(),
                 stage_name: Stage::name_of,
+                roots: parts.roots.clone(),
                 program: program.clone(),
                 folder: tasks.clone(),
                 blobs: folder.join("blobs"),
@@ -139,8 +162,11 @@ fn program(parts: &Parts, cores: usize, slots: &SlotArgs) -> anyhow::Result<Vec<
     program.extend([std::env::current_exe()?.into(), "task".into()]);
     let memory = slots.task_memory.to_string();
     program.extend(["--threads".into(), cores.to_string().into(), "--memory".into(), memory.into()]);
-    for root in &parts.roots {
+    for root in parts.roots.places() {
         program.extend(["--source-root".into(), root.into()]);
+    }
+    for own in parts.roots.own() {
+        program.extend(["--own".into(), own.into()]);
     }
     Ok(program)
 }

@@ -69,6 +69,8 @@ pub(crate) async fn run(
     let (name, arguments) = program.split_first().map_or_else(|| (OsString::new(), &[][..]), |(n, a)| (n.clone(), a));
     let mut child = Command::new(&name)
         .args(arguments)
+        .env_clear()
+        .envs(environment(std::env::vars_os(), folder))
         .current_dir(folder)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -152,6 +154,33 @@ pub(crate) async fn run(
     })
 }
 
+/// The variables of the worker's environment that a child may see: where programs are, how text and logs look. The addresses and
+/// passwords of the service are not among them, whatever they are called.
+const PASSED_ON: [&str; 13] = [
+    "PATH",
+    "LD_LIBRARY_PATH",
+    "LANG",
+    "LC_ALL",
+    "LC_CTYPE",
+    "TZ",
+    "NO_COLOR",
+    "RUST_LOG",
+    "RUST_BACKTRACE",
+    "RUST_MIN_STACK",
+    "MALLOC_ARENA_MAX",
+    "MALLOC_TRIM_THRESHOLD_",
+    "MALLOC_MMAP_THRESHOLD_",
+];
+
+/// The environment of a child whose folder is this: what it leaves behind goes with the folder.
+fn environment(
+    worker: impl Iterator<Item = (OsString, OsString)>,
+    folder: &Path,
+) -> impl Iterator<Item = (OsString, OsString)> {
+    let passed = worker.filter(|(name, _)| PASSED_ON.iter().any(|known| name == known));
+    passed.chain([("TMPDIR".into(), folder.into())])
+}
+
 /// Kills a child and all that it has started: what is left would go on computing, and hold its pipes open.
 async fn kill(child: &mut Child) {
     // It leads a group of its own; its number is known until it was waited for. Errors mean that it has ended by itself.
@@ -196,4 +225,30 @@ fn resident_memory(pid: u32) -> Option<u64> {
     let text = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     let line = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kb| kb << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_secret_is_passed_on() {
+        let names = [
+            "GABLE_DATABASE",
+            "GABLE_TOKEN",
+            "GABLE_STORE",
+            "AWS_SECRET_ACCESS_KEY",
+            "AWS_SESSION_TOKEN",
+            "OTEL_EXPORTER_OTLP_HEADERS",
+            "PGPASSWORD",
+            "SOMETHING_NEW",
+            "TMPDIR",
+            "PATH",
+            "RUST_LOG",
+        ];
+        let worker = names.iter().map(|name| ((*name).into(), "secret".into()));
+        let child: Vec<_> = environment(worker, Path::new("/task")).collect();
+        let expected = [("PATH", "secret"), ("RUST_LOG", "secret"), ("TMPDIR", "/task")];
+        assert_eq!(child, expected.map(|(name, value)| (name.into(), value.into())));
+    }
 }

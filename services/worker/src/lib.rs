@@ -14,6 +14,7 @@ mod worker;
 pub use child::Limits;
 pub use error::WorkerError;
 pub use protocol::{
-    Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, Order, PHASE, Report, StageTime, UPLOAD,
+    Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, OBJECTS, Order, PHASE, Report, StageTime,
+    UPLOAD,
 };
 pub use worker::{Settings, Worker};

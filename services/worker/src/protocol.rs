@@ -14,6 +14,9 @@ pub const PHASE: &str = "phase: ";
 /// Folder, within that of the task, of the upload that it reads.
 pub const UPLOAD: &str = "upload";
 
+/// Folder, within that of the task, of the objects that it reads.
+pub const OBJECTS: &str = "objects";
+
 /// What a child is to do: one line of JSON on its standard input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Order {
@@ -73,6 +76,10 @@ pub struct Needs {
     /// An upload that it reads; its files are laid into the folder [`UPLOAD`].
     #[serde(default)]
     pub upload: Option<String>,
+    /// The place of objects that it reads, `s3://BUCKET/PREFIX`; they are laid into the folder [`OBJECTS`]. A child has no
+    /// credentials to fetch them itself.
+    #[serde(default)]
+    pub objects: Option<String>,
     /// Whether it is to be told what happened in earlier stages.
     #[serde(default)]
     pub history: bool,

@@ -5,11 +5,13 @@ use crate::child::{self, Ended, State};
 use crate::history;
 use crate::log::Log;
 use crate::outcome;
-use crate::protocol::{History, Needs, Order, Report, UPLOAD};
+use crate::protocol::{History, Needs, OBJECTS, Order, Report, UPLOAD};
 use crate::tell;
 use crate::{Settings, WorkerError};
+use gable_files::Source;
 use gable_job_store::{
-    Artifact, BlobId, Blobs, Claim, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry, Store,
+    Artifact, BlobId, Blobs, Claim, FetchLimits, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry,
+    Store,
 };
 use std::fmt;
 use std::path::{Component, Path};
@@ -34,6 +36,9 @@ const OUTAGE: Duration = Duration::from_secs(600);
 
 /// How long blobs are held before their task is finished: longer than handing in takes.
 const HOLD: Duration = Duration::from_secs(24 * 3600);
+
+/// What a source in an object store may have: what one machine can split.
+const FETCH: FetchLimits = FetchLimits { bytes: 1 << 40, objects: 1_000_000 };
 
 /// What a task needs besides its claim.
 pub(crate) struct Around<'a> {
@@ -155,6 +160,13 @@ impl Around<'_> {
                 return Ok(Made::of("fetching its upload", &e));
             }
         }
+        if let Some(place) = &needs.objects {
+            match self.fetch_objects(place, &folder.path().join(OBJECTS), &stop).await {
+                Ok(()) => {}
+                Err(e @ JobStoreError::Fetch { .. }) => return Ok(Made::BadInput(e.to_string())),
+                Err(e) => return Ok(Made::of(&format!("fetching {place}"), &e)),
+            }
+        }
         let order = Order { request, stage: claim.stage, unit: claim.unit.clone(), input, history };
         self.say("running");
         let settings = self.settings;
@@ -213,6 +225,24 @@ impl Around<'_> {
             again_while_away(stop, OUTAGE, || self.cache.lay(self.blobs, artifact.blob, &place)).await?;
         }
         Ok(())
+    }
+
+    /// Lays out the objects that are a task's source, if this worker may read them.
+    async fn fetch_objects(
+        &self,
+        place: &str,
+        folder: &Path,
+        stop: &watch::Receiver<bool>,
+    ) -> Result<(), JobStoreError> {
+        if !matches!(self.settings.roots.locate(place), Ok(Source::Objects(_))) {
+            let why = "it lies under no source root of this worker".to_owned();
+            return Err(JobStoreError::Fetch { place: place.to_owned(), why });
+        }
+        let variables: Vec<(String, String)> = std::env::vars().collect();
+        again_while_away(stop, OUTAGE, || async {
+            gable_job_store::fetch_objects(place, variables.clone(), folder, FETCH).await.map(drop)
+        })
+        .await
     }
 
     /// Keeps what a task made; with the city that it finished.

@@ -6,6 +6,7 @@ use crate::log::Log;
 use crate::task::Around;
 use crate::tell;
 use crate::{Limits, WorkerError};
+use gable_files::SourceRoots;
 use gable_job_store::{Blobs, Claim, JobStoreError, Store, Worker as Seen};
 use std::convert::Infallible;
 use std::ffi::OsString;
@@ -24,6 +25,8 @@ pub struct Settings {
     pub host: String,
     /// Name of a stage by its number, as people know it.
     pub stage_name: fn(i64) -> &'static str,
+    /// Which meshes it may read.
+    pub roots: SourceRoots,
     /// The program that does the tasks, with its arguments.
     pub program: Vec<OsString>,
     /// Where tasks have their folders.

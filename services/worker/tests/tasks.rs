@@ -1,5 +1,6 @@
 //! Workers with children that are small shell scripts.
 
+use gable_files::SourceRoots;
 use gable_job_store::{BlobId, Blobs, JobState, NewJob, NewTask, Store, TaskState};
 use gable_worker::{Limits, Settings, Worker};
 use std::path::Path;
@@ -25,6 +26,7 @@ impl Town {
             id: name.to_owned(),
             host: "here".to_owned(),
             stage_name: |_| "stage",
+            roots: SourceRoots::default(),
             program: ["sh", "-c", script].map(Into::into).to_vec(),
             folder: self.folder.path().join(name),
             blobs: self.folder.path().join(name).join("blobs"),

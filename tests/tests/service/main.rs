@@ -3,6 +3,7 @@
 
 mod client;
 mod failures;
+mod hostile;
 mod jobs;
 mod readme;
 mod refresh;

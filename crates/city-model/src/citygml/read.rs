@@ -4,9 +4,12 @@ use super::element::{Element, XmlError, for_each};
 use super::names::{ROOF_TYPE_LIST, gml_id, roof_type_name};
 use super::surfaces::{Defect, Gather, Library, positions};
 use super::write::PROPERTIES;
+use crate::budget::{self, Shared};
 use crate::error::{Note, ReadOptions, Reading};
 use crate::{Attributes, Building, CityModel, Error, Semantic, Shell, Terrain, Value};
+use gable_files::Reach;
 use gable_geometry::{Crs, DVec3, Frame};
+use std::cell::RefCell;
 use std::path::Path;
 
 /// Reads the buildings and TINs of a CityGML file (1.0 or 2.0, UTF-8).
@@ -21,9 +24,10 @@ use std::path::Path;
 /// # Errors
 /// If the file cannot be read, is not CityGML, or a geometry is broken; with the byte offset.
 pub fn read_citygml(path: &Path, options: &ReadOptions) -> Result<Reading, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
+    let text = Reach::everything().read_text(path, budget::FILE)?;
     let failed = |(offset, reason): Defect| Error::content(path, format!("byte {offset}"), reason);
-    let mut city = City { options: options.clone(), ..City::default() };
+    let shared = RefCell::new(Shared::of_file(text.len()));
+    let mut city = City { options: options.clone(), shared, ..City::default() };
     let wanted = ["cityObjectMember", "featureMember", "boundedBy", "name", "description"];
     let root = for_each(&text, &wanted, |element| city.element(&element)).map_err(|e: Failure| failed(e.0))?;
     if root != "CityModel" {
@@ -56,6 +60,7 @@ struct City {
     buildings: Vec<Building>,
     terrain: Option<Terrain>,
     notes: Vec<Note>,
+    shared: RefCell<Shared>,
 }
 
 impl Default for City {
@@ -68,6 +73,7 @@ impl Default for City {
             buildings: Vec::new(),
             terrain: None,
             notes: Vec::new(),
+            shared: RefCell::new(Shared::of_file(0)),
         }
     }
 }
@@ -146,18 +152,19 @@ impl City {
         };
         let mut building = Building { id: id.clone(), attributes: attributes(object), lods: crate::Lods::default() };
         let mut library = Library::of(object);
+        let shared = &self.shared;
         let parts: Vec<&Element> = object
             .descendants()
             .into_iter()
             .filter(|e| ["Building", "BuildingPart"].contains(&e.name.as_str()))
             .collect();
         for surface in parts.iter().flat_map(|part| boundary(part)) {
-            library.learn(surface, &attributes(surface));
+            library.learn(surface, &attributes(surface), shared)?;
         }
         let mut cavities = 0;
         for part in parts {
             let mut shell_of = |elements: &[&Element]| -> Result<Option<Shell>, Failure> {
-                let mut gather = Gather::new(origin);
+                let mut gather = Gather::new(origin, shared);
                 elements.iter().try_for_each(|element| library.shell(element, &mut gather))?;
                 cavities += gather.cavities;
                 Ok((!gather.shell.faces.is_empty()).then_some(gather.shell))
@@ -208,7 +215,7 @@ impl City {
             None => self.settle(Self::first_position(object)?),
         };
         for tin in object.descendants().into_iter().filter(|e| e.name == "TINRelief") {
-            let mut gather = Gather::new(origin);
+            let mut gather = Gather::new(origin, &self.shared);
             Library::of(tin).shell(tin, &mut gather)?;
             let id = tin.attribute("id").unwrap_or_default();
             let name = tin.child("name").map(|name| name.text.trim());

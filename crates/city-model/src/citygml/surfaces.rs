@@ -1,8 +1,10 @@
 //! Polygons of a city object, inline or by reference.
 
 use super::element::Element;
+use crate::budget::{self, Shared, TOO_MUCH};
 use crate::{Attributes, Face, Semantic, Shell, semantics};
 use gable_geometry::{DVec3, dvec3};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 
 /// A reason why a geometry could not be read, with the byte offset.
@@ -30,18 +32,28 @@ impl<'a> Library<'a> {
     }
 
     /// Notes what a boundary surface says about the polygons in it and those that it refers to.
-    pub(super) fn learn(&mut self, surface: &'a Element, attributes: &Attributes) {
+    pub(super) fn learn(
+        &mut self,
+        surface: &'a Element,
+        attributes: &Attributes,
+        shared: &RefCell<Shared>,
+    ) -> Result<(), Defect> {
         let semantic = semantics::kind_of(&surface.name);
+        let bytes = bytes_of(attributes);
         for element in surface.descendants() {
             let named = if element.name == "Polygon" { element.attribute("id") } else { href(element) };
             if let Some(id) = named {
+                if !shared.borrow_mut().take_attributes(bytes) {
+                    return Err((element.offset, TOO_MUCH.to_owned()));
+                }
                 self.meanings.insert(id, (semantic, attributes.clone()));
             }
         }
+        Ok(())
     }
 
     /// The faces below a geometry element. Interiors of solids are counted, not read.
-    pub(super) fn shell(&self, geometry: &'a Element, gather: &mut Gather) -> Result<(), Defect> {
+    pub(super) fn shell(&self, geometry: &'a Element, gather: &mut Gather<'_>) -> Result<(), Defect> {
         self.collect(geometry, false, &mut Vec::new(), gather)
     }
 
@@ -50,14 +62,21 @@ impl<'a> Library<'a> {
         element: &'a Element,
         reversed: bool,
         visited: &mut Vec<&'a str>,
-        gather: &mut Gather,
+        gather: &mut Gather<'_>,
     ) -> Result<(), Defect> {
+        if !gather.shared.borrow_mut().take_corners(1) {
+            return Err((element.offset, TOO_MUCH.to_owned()));
+        }
         if let Some(id) = href(element) {
             let Some(target) = self.polygons.get(id) else {
                 return Err((element.offset, format!("the reference to {id} leads nowhere in this building")));
             };
             if visited.contains(&id) {
                 return Err((element.offset, format!("{id} refers to itself")));
+            }
+            if visited.len() == budget::REFERENCES {
+                let reason = format!("references are nested deeper than {}", budget::REFERENCES);
+                return Err((element.offset, reason));
             }
             visited.push(id);
             self.collect(target, reversed, visited, gather)?;
@@ -86,18 +105,19 @@ fn href(element: &Element) -> Option<&str> {
 }
 
 /// A shell that is gathered polygon by polygon; equal coordinates are one vertex.
-pub(super) struct Gather {
+pub(super) struct Gather<'a> {
     origin: DVec3,
+    shared: &'a RefCell<Shared>,
     exact: HashMap<[u64; 3], u32>,
     pub(super) shell: Shell,
     /// Inner shells of solids that were passed over.
     pub(super) cavities: usize,
 }
 
-impl Gather {
-    pub(super) fn new(origin: [f64; 3]) -> Self {
+impl<'a> Gather<'a> {
+    pub(super) fn new(origin: [f64; 3], shared: &'a RefCell<Shared>) -> Self {
         let origin = DVec3::from_array(origin);
-        Self { origin, exact: HashMap::new(), shell: Shell::default(), cavities: 0 }
+        Self { origin, shared, exact: HashMap::new(), shell: Shell::default(), cavities: 0 }
     }
 
     fn polygon(
@@ -111,7 +131,15 @@ impl Gather {
             let Some(linear) = part.child("LinearRing") else {
                 return Err((part.offset, "a ring that is not a LinearRing".to_owned()));
             };
-            let mut ring: Vec<u32> = positions(linear)?.into_iter().map(|p| self.vertex(p - self.origin)).collect();
+            let corners = positions(linear)?;
+            if !self.shared.borrow_mut().take_corners(corners.len()) {
+                return Err((part.offset, TOO_MUCH.to_owned()));
+            }
+            if let Some(far) = corners.iter().find(|p| is_far(**p, self.origin)) {
+                let reason = format!("the corner {far} lies far from everything: are the coordinates in metres?");
+                return Err((part.offset, reason));
+            }
+            let mut ring: Vec<u32> = corners.into_iter().map(|p| self.vertex(p - self.origin)).collect();
             if ring.len() > 1 && ring.first() == ring.last() {
                 ring.pop();
             }
@@ -128,6 +156,9 @@ impl Gather {
         let known = meaning.and_then(|(semantic, _)| *semantic);
         face.semantic = known.unwrap_or_else(|| semantics::of_normal(self.shell.vector_area(&face)));
         if let Some((_, attributes)) = meaning {
+            if !self.shared.borrow_mut().take_attributes(bytes_of(attributes)) {
+                return Err((polygon.offset, TOO_MUCH.to_owned()));
+            }
             face.attributes.clone_from(attributes);
         }
         self.shell.faces.push(face);
@@ -142,6 +173,15 @@ impl Gather {
             next
         })
     }
+}
+
+/// Memory that attributes take, bytes.
+fn bytes_of(attributes: &Attributes) -> usize {
+    attributes.iter().map(|(name, value)| name.len() + value.bytes()).sum()
+}
+
+fn is_far(world: DVec3, origin: DVec3) -> bool {
+    world.abs().max_element() > budget::WORLD || (world - origin).abs().max_element() > budget::REACH
 }
 
 /// World coordinates of a ring: one `posList` or several `pos`.

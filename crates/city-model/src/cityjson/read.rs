@@ -1,11 +1,13 @@
 //! Reading of CityJSON 0.3 to 2.0 and CityJSONSeq.
 
 use super::schema_in::{InDocument, InGeometry, InObject, Semantics};
+use crate::budget::{self, Shared, TOO_MUCH};
 use crate::error::{Note, ReadOptions, Reading};
 use crate::semantics::{self, kind_of};
 use crate::{Attributes, Building, CityModel, Error, Face, Lods, Shell, Terrain, Value};
+use gable_files::Reach;
 use gable_geometry::{Crs, DVec3, Frame};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
 /// Reads a CityJSON file (versions 0.3 to 2.0) or CityJSONSeq, told apart by their content.
@@ -18,9 +20,10 @@ use std::path::Path;
 /// Vertices are kept apart if the file keeps them apart by more than their exact coordinates. O(bytes).
 ///
 /// # Errors
-/// If the file cannot be read, is not CityJSON, or refers to vertices that are not there; with line or object.
+/// If the file cannot be read, is not CityJSON, refers to vertices that are not there, or comes to more than a city; with line or
+/// object.
 pub fn read_cityjson(path: &Path, options: &ReadOptions) -> Result<Reading, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::File { path: path.to_owned(), source })?;
+    let text = Reach::everything().read_text(path, budget::FILE)?;
     read_cityjson_str(&text, path, options)
 }
 
@@ -40,11 +43,11 @@ pub fn read_cityjson_str(text: &str, path: &Path, options: &ReadOptions) -> Resu
             let reason = format!("the type is {:?}, not CityJSON", document.kind);
             return Err(Error::content(path, "line 1", reason));
         }
-        let mut city = City::new(path, &document, options);
+        let mut city = City::new(path, &document, options, text.len());
         city.add(&document, "the file")?;
         return Ok(city.finish());
     };
-    let mut city = City::new(path, &head, options);
+    let mut city = City::new(path, &head, options, text.len());
     city.add(&head, "line 1")?;
     for (number, line) in lines {
         let feature: InDocument = parse(line, path, number)?;
@@ -75,10 +78,11 @@ struct City<'a> {
     buildings: Vec<Building>,
     terrain: Option<Terrain>,
     notes: Vec<Note>,
+    shared: Shared,
 }
 
 impl<'a> City<'a> {
-    fn new(path: &'a Path, head: &InDocument, options: &ReadOptions) -> Self {
+    fn new(path: &'a Path, head: &InDocument, options: &ReadOptions, bytes: usize) -> Self {
         let transform = head.transform.as_ref();
         let mut city = Self {
             path,
@@ -90,6 +94,7 @@ impl<'a> City<'a> {
             buildings: Vec::new(),
             terrain: None,
             notes: Vec::new(),
+            shared: Shared::of_file(bytes),
         };
         match head.metadata.crs() {
             Ok(crs) => city.crs = crs,
@@ -129,6 +134,15 @@ impl<'a> City<'a> {
         if let Some(bad) = vertices.iter().position(|v| !v.is_finite()) {
             return Err(Error::content(self.path, place, format!("vertex {bad} is not finite")));
         }
+        let far =
+            |v: &DVec3| v.abs().max_element() > budget::REACH || (*v + origin).abs().max_element() > budget::WORLD;
+        if let Some(bad) = vertices.iter().position(far) {
+            let [x, y, z] = (vertices[bad] + origin).to_array();
+            let reason = format!(
+                "vertex {bad} lies at {x:e}, {y:e}, {z:e}, far from everything: are scale and translate in metres?"
+            );
+            return Err(Error::content(self.path, place, reason));
+        }
         let objects: HashMap<&str, &InObject> = document.objects.0.iter().map(|(id, o)| (id.as_str(), o)).collect();
         for (id, object) in &document.objects.0 {
             match object.kind.as_str() {
@@ -163,7 +177,9 @@ impl<'a> City<'a> {
             }
         }
         let parts = object.children.iter().filter_map(|child| Some((child.as_str(), *objects.get(child.as_str())?)));
-        let parts: Vec<_> = parts.filter(|(_, part)| part.kind == "BuildingPart").collect();
+        let mut seen = HashSet::new();
+        let parts = parts.filter(|(name, part)| part.kind == "BuildingPart" && seen.insert(*name));
+        let parts: Vec<_> = parts.collect();
         let children = object.children.len() - parts.len();
         if children > 0 {
             self.note(id, format!("left out: {children} children that are not BuildingParts of this file"));
@@ -212,13 +228,12 @@ impl<'a> City<'a> {
         place: &str,
         to: &mut Vec<Shell>,
     ) -> Result<(), Error> {
-        let bad = |reason: &str| Error::content(self.path, place, reason);
-        let list =
-            |v: &serde_json::Value| v.as_array().cloned().ok_or_else(|| bad("the boundaries are nested wrongly"));
+        let path = self.path;
+        let wrong = || Error::content(path, place, "the boundaries are nested wrongly");
         match geometry.kind.as_str() {
             "Solid" => to.extend(self.solid(id, geometry, &geometry.boundaries, &[], vertices, place)?),
             "MultiSolid" | "CompositeSolid" => {
-                for (k, solid) in list(&geometry.boundaries)?.iter().enumerate() {
+                for (k, solid) in geometry.boundaries.as_array().ok_or_else(wrong)?.iter().enumerate() {
                     to.extend(self.solid(id, geometry, solid, &[k], vertices, place)?);
                 }
             }
@@ -238,7 +253,8 @@ impl<'a> City<'a> {
         vertices: &[DVec3],
         place: &str,
     ) -> Result<Option<Shell>, Error> {
-        let bad = || Error::content(self.path, place, "the boundaries are nested wrongly");
+        let file = self.path;
+        let bad = || Error::content(file, place, "the boundaries are nested wrongly");
         let shells = shells.as_array().ok_or_else(bad)?;
         let Some(outer) = shells.first() else { return Ok(None) };
         let shell = self.shell(geometry, outer, &[path, &[0]].concat(), vertices, place)?;
@@ -248,7 +264,7 @@ impl<'a> City<'a> {
         Ok(Some(shell))
     }
 
-    fn surfaces(&self, geometry: &InGeometry, vertices: &[DVec3], place: &str) -> Result<Shell, Error> {
+    fn surfaces(&mut self, geometry: &InGeometry, vertices: &[DVec3], place: &str) -> Result<Shell, Error> {
         match geometry.kind.as_str() {
             "MultiSurface" | "CompositeSurface" => self.shell(geometry, &geometry.boundaries, &[], vertices, place),
             other => Err(Error::content(self.path, place, format!("a {other} where surfaces were expected"))),
@@ -257,14 +273,15 @@ impl<'a> City<'a> {
 
     /// A list of faces with their semantics, at `path` in the semantics' nested values.
     fn shell(
-        &self,
+        &mut self,
         geometry: &InGeometry,
         faces: &serde_json::Value,
         path: &[usize],
         vertices: &[DVec3],
         place: &str,
     ) -> Result<Shell, Error> {
-        let bad = |reason: String| Error::content(self.path, place, reason);
+        let file = self.path;
+        let bad = |reason: String| Error::content(file, place, reason);
         let mut shell = Shell::default();
         let mut exact: HashMap<[u64; 3], u32> = HashMap::new();
         let faces = faces.as_array().ok_or_else(|| bad("the boundaries are nested wrongly".to_owned()))?;
@@ -275,6 +292,9 @@ impl<'a> City<'a> {
             for ring in rings {
                 let ring =
                     ring.as_array().ok_or_else(|| bad(format!("a ring of face {f} is not a list of vertices")))?;
+                if !self.shared.take_corners(ring.len() + 1) {
+                    return Err(bad(TOO_MUCH.to_owned()));
+                }
                 let mut corners = Vec::with_capacity(ring.len());
                 for index in ring {
                     let point = index.as_u64().and_then(|i| vertices.get(usize::try_from(i).ok()?));
@@ -291,13 +311,14 @@ impl<'a> City<'a> {
                 face.rings.push(corners);
             }
             let surface = geometry.semantics.surface(path, f);
-            if let Some(surface) = surface {
-                for (name, value) in surface {
-                    if let (Some(value), false) =
-                        (attribute(value), ["type", "parent", "children"].contains(&name.as_str()))
-                    {
-                        face.attributes.insert(name.clone(), value);
+            for (name, value) in surface.into_iter().flatten() {
+                if let (Some(value), false) =
+                    (attribute(value), ["type", "parent", "children"].contains(&name.as_str()))
+                {
+                    if !self.shared.take_attributes(name.len() + value.bytes()) {
+                        return Err(bad(TOO_MUCH.to_owned()));
                     }
+                    face.attributes.insert(name.clone(), value);
                 }
             }
             let name = surface.and_then(|s| s.get("type")).and_then(|t| t.as_str());

@@ -17,6 +17,7 @@ pub(crate) mod write;
 use crate::params::Params;
 use crate::workspace::Workspace;
 use crate::{Observer, PipelineError, Stage};
+use gable_files::Reach;
 use std::fmt::Display;
 
 /// What every stage needs.
@@ -24,6 +25,8 @@ pub(crate) struct Context<'a> {
     pub(crate) params: &'a Params,
     pub(crate) observer: &'a dyn Observer,
     pub(crate) workspace: &'a Workspace,
+    /// Which of the files may be read that parameters name.
+    pub(crate) reach: &'a Reach,
 }
 
 impl Context<'_> {

@@ -3,10 +3,11 @@
 use super::stitch::Task;
 use super::{Context, prepare};
 use crate::artefact::{self, LabelTile};
+use crate::budget::BUILDING_PIXELS;
 use crate::failure::{Failures, guarded, is_local};
 use crate::known::Known;
 use crate::mosaic::Mosaic;
-use crate::params::{Method, Params};
+use crate::params::Method;
 use crate::stages::split::Blocks;
 use crate::summary::{BuildingRecord, Lod};
 use crate::{PipelineError, Stage};
@@ -68,8 +69,8 @@ pub(crate) fn model_file(ix: u32, iy: u32) -> String {
 }
 
 /// The roof planes that are given for an experiment.
-pub(crate) fn known_roofs(params: &Params, frame: &Frame) -> Result<Option<Known>, PipelineError> {
-    params.modeling.roofs.as_deref().map(|path| Known::read(path, frame)).transpose()
+pub(crate) fn known_roofs(context: &Context<'_>, frame: &Frame) -> Result<Option<Known>, PipelineError> {
+    context.params.modeling.roofs.as_deref().map(|path| Known::read(path, frame, context)).transpose()
 }
 
 /// A building with more than one part in this of all pixels is large.
@@ -164,6 +165,11 @@ impl Modeller<'_> {
     fn one(&self, context: &Context<'_>, task: &Task) -> Result<Result<Vec<BuildingModel>, String>, PipelineError> {
         let inner = task.window(context.params.sampling.step);
         let window = seen_by(inner);
+        if window.width.saturating_mul(window.height) > BUILDING_PIXELS {
+            let (width, height) = (inner.width as f64 * inner.step, inner.height as f64 * inner.step);
+            let reason = format!("it measures {width:.0} × {height:.0} m, too much for one building");
+            return Ok(Err(reason));
+        }
         let maps = prepare::read(self.ortho, window)?;
         let around = self.labels.read(window)?.0;
         let labels = around.crop(inner, Label::Ground as u8);

@@ -6,6 +6,7 @@
 use super::terrain::Survey;
 use super::{Context, prepare};
 use crate::artefact::{self, LabelTile};
+use crate::budget;
 use crate::failure::{guarded, is_local};
 use crate::known::Known;
 use crate::label_map::{self, LabelFolder};
@@ -164,7 +165,7 @@ fn classifier(context: &Context<'_>, photographed: bool) -> Result<Model, Pipeli
     };
     let Some(path) = &params.weights else { return Ok(Model::shipped(set)) };
     let wrong = |reason: String| PipelineError::Input(format!("{}: {reason}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
+    let text = context.reach.read_text(path, budget::WEIGHTS).map_err(|e| PipelineError::Input(e.to_string()))?;
     let model = Model::from_json(&text).map_err(|e| wrong(e.to_string()))?;
     if model.features.needs_colour() && !photographed {
         return Err(wrong("these weights look at colour, and the mesh has none".to_owned()));
@@ -235,7 +236,8 @@ impl<'a> Labeller<'a> {
         // The published features see what the camera saw.
         let saturation = survey.saturation.filter(|_| model.features == FeatureSet::Full).map(|factor| factor as f32);
         let params = SegmentParams { noise: survey.noise, ..segment_params(context.params) };
-        let given = context.params.segmentation.labels.as_deref().map(LabelFolder::open).transpose()?;
+        let given = context.params.segmentation.labels.as_deref();
+        let given = given.map(|folder| LabelFolder::open(folder, context.reach)).transpose()?;
         Ok(Self { model, saturation, params, given, footprints, frame })
     }
 

@@ -1,8 +1,8 @@
 //! From the scene to block files.
 
 use super::Context;
-use crate::artefact;
 use crate::{PipelineError, Stage};
+use crate::{artefact, budget};
 use gable_blocks::{BlockMesh, BlocksError, GridSpec, SplitOptions, SplitReport, read_block, split};
 use gable_geometry::{DVec2, DVec3, Frame};
 use gable_ortho::GridWindow;
@@ -40,6 +40,7 @@ pub(crate) fn run(context: &Context<'_>, scene: &Scene) -> Result<Blocks, Pipeli
             report
         }
     };
+    budget::check_city(&report, context.params)?;
     context.observer.done(Stage::Split, "scene");
     Ok(Blocks { report, folder })
 }

@@ -3,6 +3,7 @@
 use crate::label_map::LabelFolder;
 use crate::params::Params;
 use crate::{PipelineError, artefact};
+use gable_files::Reach;
 use std::path::{Path, PathBuf};
 
 /// Where they lie.
@@ -48,8 +49,20 @@ pub(super) fn portable(params: &Params) -> Params {
     portable
 }
 
+/// Largest file that is taken, bytes.
+const LARGEST: u64 = 4 << 30;
+
+/// What a unit may read besides its source: its own folder, and the files that parameters name, which whoever started it has
+/// allowed.
+pub(super) fn reach(params: &Params, folder: &Path) -> Result<Reach, PipelineError> {
+    let mut params = params.clone();
+    let given = slots(&mut params).into_iter().filter_map(|(_, path)| path.clone());
+    let places = given.filter(|path| path.exists()).chain([folder.to_owned()]);
+    Reach::within(places).map_err(|e| PipelineError::Input(e.to_string()))
+}
+
 /// Copies the files into `folder`; returns their names there.
-pub(super) fn take(params: &Params, folder: &Path) -> Result<Vec<String>, PipelineError> {
+pub(super) fn take(params: &Params, folder: &Path, reach: &Reach) -> Result<Vec<String>, PipelineError> {
     let mut made = Vec::new();
     let mut params = params.clone();
     let mut copy = |from: &Path, to: PathBuf| {
@@ -57,14 +70,15 @@ pub(super) fn take(params: &Params, folder: &Path) -> Result<Vec<String>, Pipeli
         if let Some(parent) = place.parent() {
             artefact::create_dir(parent)?;
         }
-        std::fs::copy(from, &place).map_err(|e| PipelineError::Input(format!("{}: {e}", from.display())))?;
+        let content = reach.read(from, LARGEST).map_err(|e| PipelineError::Input(e.to_string()))?;
+        artefact::write(&place, &content)?;
         made.push(to.to_string_lossy().into_owned());
         Ok::<(), PipelineError>(())
     };
     for (slot, path) in slots(&mut params) {
         let Some(path) = path else { continue };
         if slot == "labels" {
-            for (from, name) in LabelFolder::files(path)? {
+            for (from, name) in LabelFolder::files(path, reach)? {
                 copy(&from, place(slot, path).join(name))?;
             }
         } else {

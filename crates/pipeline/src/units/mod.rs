@@ -25,6 +25,7 @@ pub use city::CityBuilding;
 use crate::stages::Context;
 use crate::workspace::Workspace;
 use crate::{Observer, Params, PipelineError, Stage, StageSeconds};
+use gable_files::Reach;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -34,6 +35,8 @@ use std::path::Path;
 pub struct UnitJob<'a> {
     /// The mesh; only the split reads it.
     pub source: &'a Path,
+    /// Where the mesh, and what it names, has to lie.
+    pub reach: &'a Reach,
     /// The parameters.
     pub params: &'a Params,
 }
@@ -138,7 +141,8 @@ pub fn carry_out(
     job.params.check()?;
     let params = given::localised(job.params, folder);
     let workspace = Workspace::at(folder)?;
-    let context = Context { params: &params, observer, workspace: &workspace };
+    let reach = given::reach(&params, folder)?;
+    let context = Context { params: &params, observer, workspace: &workspace, reach: &reach };
     let unit = Unit { job, context: &context, task, history, folder };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

@@ -31,8 +31,8 @@ pub(super) fn model(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let ortho = sample::mosaic(context, &detail.pieces);
     let terrain = terrain_file::read(folder)?;
     let known = params.segmentation.footprints.as_deref();
-    let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
-    let roofs = stage::known_roofs(params, blocks.frame())?;
+    let known = known.map(|path| Known::read(path, blocks.frame(), context)).transpose()?;
+    let roofs = stage::known_roofs(context, blocks.frame())?;
     let modeller = stage::Modeller {
         blocks: &blocks,
         ortho: &ortho,

@@ -17,7 +17,7 @@ pub(super) fn sample(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let [ix, iy] = unit.block()?;
     let blocks = Blocks { report: unit.read::<SplitReport>(GRID)?, folder: folder.join("blocks") };
     let materials: Vec<BlockMaterial> = unit.read(&materials_file(name))?;
-    let textures = textures::open(&materials, folder, context.params);
+    let textures = textures::open(&materials, folder, context.params, context.reach);
     let seen = stage::block(context, &blocks, &textures, ix, iy)?;
 
     let mut heights = CoarseHeights::new(context.params.segmentation.terrain_cell);

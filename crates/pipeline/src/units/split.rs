@@ -16,23 +16,23 @@ use gable_scene::Counts;
 /// `given/`. Adds: one sampling for each block with data, and what comes once for the city.
 pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let (context, folder) = (unit.context, unit.folder);
-    let scene = run::open(unit.job.source, context.params)?;
+    let scene = run::open(unit.job.source, context.params, unit.job.reach)?;
     let blocks = stage::run(context, &scene)?;
     // What a later unit would find wrong in files that parameters name is told now.
     let params = unit.job.params;
-    let known = params.segmentation.footprints.as_deref();
-    known.map(|path| Known::read(path, blocks.frame())).transpose()?;
-    model::known_roofs(params, blocks.frame())?;
+    let known = context.params.segmentation.footprints.as_deref();
+    known.map(|path| Known::read(path, blocks.frame(), context)).transpose()?;
+    model::known_roofs(context, blocks.frame())?;
     Labeller::new(context, blocks.frame(), None, &Survey { saturation: Some(1.0), noise: 1.0 })?;
 
-    let mut result = UnitResult { made: given::take(params, folder)?, ..UnitResult::default() };
+    let mut result = UnitResult { made: given::take(params, folder, context.reach)?, ..UnitResult::default() };
     artefact::create_dir(&folder.join("textures"))?;
     let mut packed = Packed::default();
     for (ix, iy) in blocks.with_data() {
         context.check_cancelled()?;
         let name = format!("{ix}_{iy}");
         let mut mesh = blocks.read(ix, iy).map_err(|e| unit.failed(e))?;
-        let materials = packed.block(&mut mesh, &blocks.report.materials, folder)?;
+        let materials = packed.block(&mut mesh, &blocks.report.materials, unit.job.reach, folder)?;
         write_block(&folder.join(block_file(&name)), &mesh).map_err(|e| match e {
             BlocksError::Write { path, source } => PipelineError::Io { path, source },
             other => unit.failed(other),

@@ -81,7 +81,7 @@ pub(super) fn stitch(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let labelled = segment::gather(context, found);
     let holes = holes::holes(context, &blocks, &labelled, &failures.blocks())?;
     let known = params.segmentation.footprints.as_deref();
-    let known = known.map(|path| Known::read(path, blocks.frame())).transpose()?;
+    let known = known.map(|path| Known::read(path, blocks.frame(), context)).transpose()?;
     let (tasks, labelled) = stage::stitch(context, labelled, blocks.frame(), known.as_ref())?;
 
     let mut result = UnitResult::default();

@@ -6,6 +6,7 @@
 use crate::params::Params;
 use crate::{PipelineError, artefact, run};
 use gable_blocks::BlockMesh;
+use gable_files::Reach;
 use gable_ortho::TextureCache;
 use gable_scene::{Material, TextureSource, texture_bytes};
 use serde::{Deserialize, Serialize};
@@ -41,11 +42,12 @@ pub(super) struct Packed {
 }
 
 impl Packed {
-    /// Gives a mesh its own list of materials; their textures are copied into `folder`.
+    /// Gives a mesh its own list of materials; their textures, within `reach`, are copied into `folder`.
     pub(super) fn block(
         &mut self,
         mesh: &mut BlockMesh,
         materials: &[Material],
+        reach: &Reach,
         folder: &Path,
     ) -> Result<Vec<BlockMaterial>, PipelineError> {
         let used: BTreeSet<u32> = mesh.triangles.iter().map(|t| t.material).collect();
@@ -53,7 +55,7 @@ impl Packed {
         for triangle in &mut mesh.triangles {
             triangle.material = numbers[&triangle.material];
         }
-        used.iter().map(|&number| self.material(number, materials, folder)).collect()
+        used.iter().map(|&number| self.material(number, materials, reach, folder)).collect()
     }
 
     /// Where each texture comes from.
@@ -61,7 +63,13 @@ impl Packed {
         &self.sources
     }
 
-    fn material(&mut self, number: u32, materials: &[Material], folder: &Path) -> Result<BlockMaterial, PipelineError> {
+    fn material(
+        &mut self,
+        number: u32,
+        materials: &[Material],
+        reach: &Reach,
+        folder: &Path,
+    ) -> Result<BlockMaterial, PipelineError> {
         if let Some(done) = self.done.get(&number) {
             return Ok(done.clone());
         }
@@ -71,7 +79,7 @@ impl Packed {
             let name = match self.names.iter().find(|(known, _)| known == source) {
                 Some((_, name)) => name.clone(),
                 None => {
-                    let name = self.texture(source, folder)?;
+                    let name = self.texture(source, reach, folder)?;
                     self.names.push((source.clone(), name.clone()));
                     name
                 }
@@ -90,8 +98,13 @@ impl Packed {
         Ok(made)
     }
 
-    fn texture(&mut self, source: &TextureSource, folder: &Path) -> Result<Result<String, String>, PipelineError> {
-        let bytes = match texture_bytes(source) {
+    fn texture(
+        &mut self,
+        source: &TextureSource,
+        reach: &Reach,
+        folder: &Path,
+    ) -> Result<Result<String, String>, PipelineError> {
+        let bytes = match texture_bytes(source, reach) {
             Ok(bytes) => bytes,
             Err(error) => return Ok(Err(error.to_string())),
         };
@@ -106,7 +119,7 @@ impl Packed {
 }
 
 /// The textures of a block, in `folder`.
-pub(super) fn open(materials: &[BlockMaterial], folder: &Path, params: &Params) -> TextureCache {
+pub(super) fn open(materials: &[BlockMaterial], folder: &Path, params: &Params, reach: &Reach) -> TextureCache {
     let mut unreadable = BTreeMap::new();
     let scene = materials.iter().map(|material| {
         let path = material.texture.as_ref().map(|name| folder.join(name));
@@ -116,7 +129,7 @@ pub(super) fn open(materials: &[BlockMaterial], folder: &Path, params: &Params) 
         Material { name: String::new(), texture: path.map(TextureSource::File), colour: material.colour }
     });
     let scene = scene.collect();
-    run::textures(scene, params, unreadable)
+    run::textures(scene, params, reach, unreadable)
 }
 
 /// The textures that could not be read, by name, each with a reason that does not tell where the folder was.
@@ -134,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_block_names_its_materials_whatever_else_the_city_has() {
-        let folder = tempfile::tempdir().unwrap();
+        let (folder, reach) = (tempfile::tempdir().unwrap(), Reach::everything());
         std::fs::create_dir(folder.path().join("textures")).unwrap();
         let picture = folder.path().join("roof.png");
         image::RgbImage::from_pixel(2, 2, image::Rgb([9, 8, 7])).save(&picture).unwrap();
@@ -148,9 +161,9 @@ mod tests {
         for (materials, used) in cities.into_iter().zip([[1, 0, 1], [3, 1, 3]]) {
             let mut packed = Packed::default();
             let mut mesh = BlockMesh { triangles: used.map(triangle).to_vec() };
-            let own = packed.block(&mut mesh, &materials, folder.path()).unwrap();
+            let own = packed.block(&mut mesh, &materials, &reach, folder.path()).unwrap();
             assert_eq!(mesh.triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [1, 0, 1]);
-            let textures = open(&own, folder.path(), &Params::default());
+            let textures = open(&own, folder.path(), &Params::default(), &reach);
             assert!(textures.texture(0).is_some() && textures.texture(1).is_none());
             let failed = failures(&textures, folder.path());
             assert!(failed[0].0.starts_with("textures/unreadable-") && failed[0].1.contains("/none.png"), "{failed:?}");

@@ -1,5 +1,6 @@
 //! A job in units of work, each in a folder of its own with what it says it reads and nothing else.
 
+use gable_files::Reach;
 use gable_pipeline::{
     FailedUnit, Params, RESULT, RunSummary, Stage, UnitHistory, UnitJob, UnitResult, UnitTask, Unobserved, carry_out,
     first_unit,
@@ -70,7 +71,7 @@ fn one(source: &Path, params: &Params, task: &UnitTask, made: &mut Made) -> Resu
         }
     }
     let history = if task.input.history { made.history.clone() } else { UnitHistory::default() };
-    let unit = UnitJob { source, params };
+    let unit = UnitJob { source, reach: &Reach::everything(), params };
     let result = carry_out(&unit, task, &history, folder.path(), 1, &Unobserved).map_err(|e| e.to_string())?;
     let mut names = BTreeSet::new();
     for name in &result.made {

@@ -1,6 +1,7 @@
 //! The same town comes out of every format.
 
 use crate::town::{Folder, Read, base64, data, png, read, town};
+use gable_files::Reach;
 use gable_geometry::{Crs, dvec3};
 use gable_scene::{GREY, OpenOptions, Scene, SceneError, TextureSource, Up, WarningKind, load_texture};
 
@@ -22,7 +23,7 @@ fn obj_with_texture() {
     assert!(triangles.iter().all(|t| t.material == 1 && t.colours.is_none()));
     assert_eq!(triangles[0].uv.expect("textured"), [0, 1, 5].map(|i| town.uvs[i]));
     assert_eq!(materials[0].colour, [255, 128, 0]);
-    let image = load_texture(&materials[1]).expect("decodes").expect("has a texture");
+    let image = load_texture(&materials[1], &Reach::everything()).expect("decodes").expect("has a texture");
     assert_eq!((image.dimensions(), image.get_pixel(1, 0).0), ((2, 2), [0, 255, 0]));
     assert_eq!((counts.files, counts.vertices, counts.faces, counts.triangles), (1, 12, 9, 18));
     assert_eq!((counts.min, counts.max), ([0.0, 0.0, 0.25], [40.0, 30.0, 6.125]));
@@ -83,7 +84,7 @@ fn glb_and_gltf_are_turned_to_z_up() {
         }
         assert_eq!(materials[0].name, "brick");
         assert_eq!(materials[0].texture, Some(TextureSource::Embedded { file: path.clone(), image: 0 }));
-        let image = load_texture(&materials[0]).expect("decodes").expect("has a texture");
+        let image = load_texture(&materials[0], &Reach::everything()).expect("decodes").expect("has a texture");
         assert_eq!(image.get_pixel(0, 1).0, [0, 0, 255]);
         assert!(counts.warnings.is_empty(), "{:?}", counts.warnings);
     }
@@ -156,7 +157,7 @@ fn what_can_go_on_goes_on_and_is_counted() {
         warning.examples[0].rsplit('/').next().unwrap_or_default().to_owned()
     };
     assert_eq!(place(WarningKind::DegenerateFace), "m.obj: line 13");
-    assert_eq!(place(WarningKind::MissingTexture), "no.jpg: No such file or directory (os error 2)");
+    assert_eq!(place(WarningKind::MissingTexture), "no.jpg: no such file or folder");
     assert!(place(WarningKind::MissingMaterialLibrary).starts_with("absent.mtl: no such file"));
 }
 

@@ -1,5 +1,7 @@
 //! Reading scenes, from files to triangles.
 
+mod budgets;
+mod files;
 mod formats;
 mod messages;
 mod oracle;

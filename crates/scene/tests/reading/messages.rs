@@ -1,6 +1,7 @@
 //! What each kind of bad input says.
 
 use crate::town::{Folder, png, town};
+use gable_files::Reach;
 use gable_geometry::Crs;
 use gable_scene::{Material, OpenOptions, Scene, TextureSource, load_texture};
 
@@ -261,10 +262,11 @@ fn textures() {
     let folder = Folder::new();
     let load = |name: &str| {
         let texture = Some(TextureSource::File(folder.path().join(name)));
-        let error = load_texture(&Material { texture, ..Material::default() }).expect_err("cannot be decoded");
+        let error = load_texture(&Material { texture, ..Material::default() }, &Reach::everything())
+            .expect_err("cannot be decoded");
         error.to_string().replace(&format!("{}/", folder.path().display()), "")
     };
-    assert_eq!(load("no.png"), "no.png: the texture cannot be used: No such file or directory (os error 2)");
+    assert_eq!(load("no.png"), "no.png: the texture cannot be used: no such file or folder");
     let image = png();
     folder.write("cut.png", &image[..image.len() / 2]);
     assert!(load("cut.png").starts_with("cut.png: the texture cannot be used: "));
@@ -273,5 +275,5 @@ fn textures() {
         load("a.bmp"),
         "a.bmp: the texture cannot be used: it is neither a JPEG nor a PNG image: it starts with \"BM\""
     );
-    assert_eq!(load_texture(&Material::default()).expect("nothing to do"), None);
+    assert_eq!(load_texture(&Material::default(), &Reach::everything()).expect("nothing to do"), None);
 }

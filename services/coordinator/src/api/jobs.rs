@@ -4,12 +4,12 @@ use super::failures::{self, FailureView};
 use crate::extract::{Body, Query};
 use crate::pages::{limit, page, polled, time};
 use crate::problem::Refused;
-use crate::source::{self, Source};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use gable_files::Source;
 use gable_job_store::{Job, JobFilter, JobState, NewCallback, NewJob, NewTask, Scope, Store, Task, TaskState};
 use gable_pipeline::params::PARAMETERS;
 use gable_pipeline::{Params, Stage};
@@ -275,9 +275,11 @@ pub(crate) async fn take_in(
 
 /// The task that a job with this request begins with.
 pub(crate) fn first_task(request: &JobRequest) -> NewTask {
-    let input = match source::upload(&request.source) {
-        Some(id) => serde_json::json!({ "upload": id }),
-        None => serde_json::json!({}),
+    let source = request.source.as_str();
+    let input = match (Source::upload(source), Source::objects(source)) {
+        (Some(id), _) => serde_json::json!({ "upload": id }),
+        (None, Some(place)) => serde_json::json!({ "objects": place }),
+        (None, None) => serde_json::json!({}),
     };
     NewTask { stage: 0, unit: "scene".to_owned(), input: input.to_string(), required: true, max_attempts: 3 }
 }
@@ -293,7 +295,7 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
     if request.source.trim().is_empty() {
         return Err(Problem::invalid("source has to name a mesh"));
     }
-    let source = source::locate(&request.source, &service.roots).map_err(|e| Problem::source(e.to_string()))?;
+    let source = service.roots.locate(&request.source).map_err(|e| Problem::source(e.to_string()))?;
     if let Source::Upload(id) = source
         && service.store.upload(&id).await?.is_none()
     {
@@ -308,8 +310,8 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
             return Err(Problem::invalid(format!("{} is for the workers to say, not for a job", changed.name)));
         }
         if changed.kind == "file" {
-            source::resolve(&changed.value(&params), &service.roots)
-                .map_err(|e| Problem::invalid(format!("{}: {e}", changed.name)))?;
+            let found = service.roots.resolve(&changed.value(&params));
+            found.map_err(|e| Problem::invalid(format!("{}: {e}", changed.name)))?;
         }
     }
     Ok(())

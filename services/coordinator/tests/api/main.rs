@@ -1,6 +1,7 @@
 //! The API over real HTTP.
 
 use gable_coordinator::{Coordinator, Limits, NewToken, create_token, document, router};
+use gable_files::SourceRoots;
 use gable_job_store::{Artifact, Blobs, Claim, Finished, Retry, Scope, Store};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -39,7 +40,7 @@ async fn start_in(folder: Arc<tempfile::TempDir>, limits: Limits) -> Service {
     let store = Store::connect(&format!("sqlite:{}", base.join("jobs.db").display())).await.expect("SQLite opens");
     let blobs = Blobs::in_folder(&base.join("blobs")).expect("opens");
     // Most tests are about something else than tokens.
-    let mut parts = Coordinator::new(store, blobs, vec![root], limits);
+    let mut parts = Coordinator::new(store, blobs, SourceRoots::new([root], []).expect("the root"), limits);
     parts.open = true;
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));

@@ -4,6 +4,7 @@ use crate::cli::DemoArgs;
 use crate::exit::Outcome;
 use crate::{table, terminal};
 use gable_evaluation::Evaluation;
+use gable_files::Reach;
 use gable_pipeline::{Lod, RunSummary};
 use gable_synthetic_city::{Source, SynthParams};
 use serde_json::json;
@@ -17,7 +18,7 @@ pub(crate) fn run(args: &DemoArgs, quiet: bool) -> anyhow::Result<Outcome> {
     let synth =
         SynthParams { seed: args.seed, source: Source::Procedural { area_km2: args.area }, ..SynthParams::default() };
     super::synth::observed(&synth, &city, quiet)?;
-    let summary = super::run::observed(&city.join("mesh"), &result, &params, quiet)?;
+    let summary = super::run::observed(&city.join("mesh"), &result, &params, &Reach::everything(), quiet)?;
     let (evaluation, _) = super::eval::measure(&city.join("truth"), &result, None, None, None)?;
     if args.json {
         terminal::json(&json!({ "run": summary, "evaluation": evaluation }));

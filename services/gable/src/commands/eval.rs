@@ -6,6 +6,7 @@ use crate::terminal;
 use anyhow::Context as _;
 use gable_city_model::{CityModel, ReadOptions, read_cityjson};
 use gable_evaluation::{Evaluation, Inputs, LabelRasters, Options, evaluate, html_report, inspect};
+use gable_files::Reach;
 use gable_geometry::DVec3;
 use gable_pipeline::label_map::{self, CLASSES};
 use gable_scene::{OpenOptions, Scene, SceneError, Triangle};
@@ -113,7 +114,8 @@ fn labels(truth: &Path, result: &Path) -> anyhow::Result<Option<(usize, usize, f
     if !truth.join("labels").is_dir() || !result.join("labels").is_dir() {
         return Ok(None);
     }
-    Ok(label_map::together(&label_map::read(truth)?, &label_map::read(result)?))
+    let reach = Reach::everything();
+    Ok(label_map::together(&label_map::read(truth, &reach)?, &label_map::read(result, &reach)?)?)
 }
 
 /// The city model in a file, or in a folder of a truth or a result.

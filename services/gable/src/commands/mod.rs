@@ -18,6 +18,7 @@ mod work;
 use crate::cli::{Cli, Command, ParamArgs};
 use crate::exit::{Outcome, UsageError};
 use anyhow::Context as _;
+use gable_files::Reach;
 use gable_pipeline::Params;
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,14 @@ pub(crate) fn mesh_folder(path: &Path) -> PathBuf {
     let made = path.join("truth").join("truth.json").is_file();
     let inner = path.join("mesh");
     if made && inner.is_dir() { inner } else { path.to_owned() }
+}
+
+/// What a mesh may name: what lies in some folders, or, without any, all that the user may read.
+pub(crate) fn reach(roots: &[PathBuf]) -> anyhow::Result<Reach> {
+    if roots.is_empty() {
+        return Ok(Reach::everything());
+    }
+    Ok(Reach::within(roots).map_err(|e| UsageError(format!("--source-root {e}")))?)
 }
 
 /// The values that the arguments ask for.

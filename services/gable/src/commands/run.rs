@@ -4,13 +4,15 @@ use crate::cli::RunArgs;
 use crate::exit::Outcome;
 use crate::progress::Progress;
 use crate::{interrupt, table, terminal};
+use gable_files::Reach;
 use gable_pipeline::{BlockState, Lod, RunStatus, RunSummary};
 use std::path::Path;
 
 /// Models a city.
 pub(crate) fn run(args: &RunArgs, quiet: bool) -> anyhow::Result<Outcome> {
     let params = super::assemble(&args.params)?;
-    let summary = observed(&super::mesh_folder(&args.input), &args.out, &params, quiet)?;
+    let reach = super::reach(&args.source_roots)?;
+    let summary = observed(&super::mesh_folder(&args.input), &args.out, &params, &reach, quiet)?;
     if args.json {
         terminal::json(&summary);
     } else if !quiet {
@@ -24,11 +26,12 @@ pub(crate) fn observed(
     input: &Path,
     out: &Path,
     params: &gable_pipeline::Params,
+    reach: &Reach,
     quiet: bool,
 ) -> anyhow::Result<RunSummary> {
     interrupt::listen();
     let progress = Progress::new(quiet);
-    let result = gable_pipeline::run(input, out, params, &progress);
+    let result = gable_pipeline::run(input, out, params, reach, &progress);
     progress.finish();
     Ok(result?)
 }

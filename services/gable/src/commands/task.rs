@@ -2,15 +2,16 @@
 
 use crate::cli::TaskArgs;
 use crate::exit::{Outcome, UsageError};
+use crate::sandbox;
 use anyhow::Context as _;
-use gable_coordinator::{FOR_THE_VIEWER, Source};
-use gable_job_store::{FetchLimits, JobStoreError, fetch_objects};
+use gable_coordinator::FOR_THE_VIEWER;
+use gable_files::{Reach, Source, SourceRoots};
 use gable_pipeline::params::PARAMETERS;
 use gable_pipeline::{
     FailedUnit, Observer, Params, Stage, StageSeconds, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask,
     carry_out, first_unit,
 };
-use gable_worker::{Addition, CityReport, History, Order, PHASE, Report, UPLOAD};
+use gable_worker::{Addition, CityReport, History, OBJECTS, Order, PHASE, Report, UPLOAD};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, Read as _, Write as _};
@@ -21,55 +22,77 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub(crate) fn run(args: &TaskArgs) -> anyhow::Result<Outcome> {
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line).context("reading the order")?;
-    end_with_the_worker();
     let order: Order = serde_json::from_str(&line).context("the order")?;
     let request: Request =
         serde_json::from_value(order.request.clone()).map_err(|e| UsageError(format!("the request: {e}")))?;
-    let params = request.params(&args.source_roots, args.memory)?;
     let stage = stage(order.stage)?;
+    let roots = roots(args, stage)?;
+    let params = request.params(&roots, args.memory)?;
+    let (source, reach) = source(&request, stage, &roots)?;
+    // From here on it looks at what others have made. Threads that are begun later are restricted, too.
+    sandbox::enter(Path::new("."), &read_by(&reach, &params))?;
+    end_with_the_worker();
     let task = unit(stage, &order)?;
     let history = order.history.as_ref().map_or_else(|| Ok(UnitHistory::default()), history)?;
     // What is alone in its stage has the machine for itself.
     let alone = matches!(stage, Stage::Split | Stage::Terrain | Stage::Stitch | Stage::Report);
     let threads = if alone { args.threads } else { 1 };
-    let source = source(&request, stage, &args.source_roots)?;
-    let job = UnitJob { source: &source, params: &params };
+    let job = UnitJob { source: &source, reach: &reach, params: &params };
     let made = carry_out(&job, &task, &history, Path::new("."), threads, &Teller::default())?;
     let text = serde_json::to_string(&report(made)?).context("the report")?;
     writeln!(std::io::stdout(), "{text}").context("handing in the report")?;
     Ok(Outcome::Success)
 }
 
-/// Folder, within that of the task, of objects that are the source.
-const OBJECTS: &str = "objects";
+/// Where sources and the files of parameters may lie. Only the split needs the folders to be there: other stages may run on machines
+/// that do not see them.
+fn roots(args: &TaskArgs, stage: Stage) -> anyhow::Result<SourceRoots> {
+    let there = args.source_roots.iter().filter(|root| stage == Stage::Split || root.exists()).cloned();
+    let objects = args.source_roots.iter().filter(|root| stage != Stage::Split && root.starts_with("s3:")).cloned();
+    let roots = SourceRoots::new(there.chain(objects), args.own.clone());
+    Ok(roots.map_err(|e| UsageError(format!("--source-root {e}")))?)
+}
 
-/// What a source may have: what one machine can split.
-const FETCH: FetchLimits = FetchLimits { bytes: 1 << 40, objects: 1_000_000 };
-
-/// The mesh, fetched if it is in an object store. Only the split reads it, so for other stages, which may run on machines that cannot
-/// see it, it is no more than a name; an upload has none, and is named after the city.
-fn source(request: &Request, stage: Stage, roots: &[PathBuf]) -> anyhow::Result<PathBuf> {
-    let located = gable_coordinator::locate(&request.source, roots);
+/// The mesh, and what it may name: what lies in its own source root, or was sent with it. Only the split reads it, so for other
+/// stages it is no more than a name; an upload has none, and is named after the city.
+fn source(request: &Request, stage: Stage, roots: &SourceRoots) -> anyhow::Result<(PathBuf, Reach)> {
+    let located = roots.locate(&request.source);
     if stage != Stage::Split {
-        return Ok(match located {
+        let name = match located {
             Ok(Source::Upload(_)) => PathBuf::from(&request.city),
             _ => super::mesh_folder(Path::new(&request.source)),
-        });
+        };
+        return Ok((name, Reach::within(["."])?));
     }
     match located.map_err(|e| UsageError(e.to_string()))? {
-        Source::File(path) => Ok(super::mesh_folder(&path)),
-        Source::Upload(_) => inner(Path::new(UPLOAD)),
-        Source::Objects(place) => {
-            let folder = Path::new(OBJECTS);
-            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-            let fetched = runtime.block_on(fetch_objects(&place, std::env::vars(), folder, FETCH));
-            match fetched {
-                Err(e @ JobStoreError::Fetch { .. }) => Err(UsageError(e.to_string()).into()),
-                Err(e) => Err(anyhow::Error::new(e).context(format!("fetching {place}"))),
-                Ok(_) => inner(folder),
-            }
+        Source::File(path) => {
+            let reach = roots.reach_of(&path).map_err(|e| UsageError(e.to_string()))?;
+            Ok((super::mesh_folder(&path), reach))
         }
+        Source::Upload(_) => sent(UPLOAD),
+        Source::Objects(_) => sent(OBJECTS),
     }
+}
+
+/// The mesh in a folder that the worker has filled, and names nothing outside of it.
+fn sent(folder: &str) -> anyhow::Result<(PathBuf, Reach)> {
+    let folder = Path::new(folder);
+    if !folder.is_dir() {
+        return Err(UsageError("the worker did not fetch the mesh: submit the job again".to_owned()).into());
+    }
+    Ok((inner(folder)?, Reach::within([folder])?))
+}
+
+/// What the task reads besides its own folder: where the mesh may lie, and files that parameters name.
+fn read_by(reach: &Reach, params: &Params) -> Vec<PathBuf> {
+    let named = [
+        &params.segmentation.weights,
+        &params.segmentation.labels,
+        &params.segmentation.footprints,
+        &params.modeling.roofs,
+    ];
+    let named = named.into_iter().flatten().cloned();
+    reach.roots().unwrap_or_default().iter().cloned().chain(named).collect()
 }
 
 /// The folder in which more than one folder lies: archives are often made with a folder around everything.
@@ -109,7 +132,7 @@ struct Request {
 
 impl Request {
     /// The parameters, with the files that they name found in the roots, and what the viewer shows among the formats.
-    fn params(&self, roots: &[PathBuf], memory: u64) -> anyhow::Result<Params> {
+    fn params(&self, roots: &SourceRoots, memory: u64) -> anyhow::Result<Params> {
         let text = |value: &serde_json::Value| match value {
             serde_json::Value::String(text) => text.clone(),
             other => other.to_string(),
@@ -119,7 +142,7 @@ impl Request {
         let defaults = Params::default();
         let files = PARAMETERS.iter().filter(|p| p.kind == "file" && p.value(&params) != p.value(&defaults));
         for (name, given) in files.map(|p| (p.name, p.value(&params))).collect::<Vec<_>>() {
-            let found = gable_coordinator::resolve(&given, roots).map_err(|e| UsageError(format!("{name}: {e}")))?;
+            let found = roots.resolve(&given).map_err(|e| UsageError(format!("{name}: {e}")))?;
             params.set(name, &found.to_string_lossy())?;
         }
         if !params.output.formats.contains(&FOR_THE_VIEWER) {

@@ -5,6 +5,7 @@ use crate::exit::{Outcome, UsageError};
 use crate::progress::Progress;
 use crate::{interrupt, table, terminal};
 use anyhow::Context as _;
+use gable_files::Reach;
 use gable_ortho::{GridWindow, Raster};
 use gable_pipeline::label_map::{self, LabelMap};
 use gable_pipeline::{Params, SampledMesh, sample_mesh};
@@ -77,7 +78,7 @@ fn city_rasters(
     step: f64,
     progress: &Progress,
 ) -> anyhow::Result<Vec<LabelledRaster>> {
-    let maps = label_map::read(labelled).map_err(|e| {
+    let maps = label_map::read(labelled, &Reach::everything()).map_err(|e| {
         UsageError(format!("{} has no labels of gable synth or gable run that can be used: {e:#}", labelled.display()))
     })?;
     let work = tempfile::tempdir().context("a folder for rasters")?;

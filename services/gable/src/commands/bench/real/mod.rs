@@ -13,7 +13,9 @@ use crate::exit::{Outcome, UsageError};
 use crate::terminal;
 use anyhow::Context as _;
 use gable_evaluation::real::{Label, Outlines, RealScene, judge, overlay_jpeg};
+use gable_files::Reach;
 use gable_geometry::{DVec2, DVec3};
+use gable_pipeline::PipelineError;
 use gable_pipeline::label_map::{self, CLASSES, LabelMap};
 use gable_scene::{Content, OpenOptions, Scene, SceneError, Triangle};
 use record::RealRecord;
@@ -102,7 +104,7 @@ fn measure(bench: &Bench<'_>, place: &RealPlace, number_of_place: usize, mesh: &
     let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.corners).collect();
     let scene = RealScene::new(outlines, &corners).with_context(|| file.display().to_string())?;
     let model = eval::read(&folder)?;
-    let labels = mosaic(&label_map::read(&folder)?);
+    let labels = mosaic(&label_map::read(&folder, &Reach::everything())?)?;
     let label = |p: DVec2| labels.as_ref().and_then(|map| LABELS.get(usize::from(map.at(p.x, p.y))).copied());
     let figures = judge(&scene, &model, &label);
 
@@ -143,11 +145,11 @@ fn triangles(mesh: &Path) -> anyhow::Result<(Vec<Triangle>, Content)> {
 }
 
 /// The maps of all blocks as one; `None` if there is none.
-fn mosaic(maps: &[LabelMap]) -> Option<LabelMap> {
-    let (width, height, step, [labels, _]) = label_map::together(maps, maps)?;
+fn mosaic(maps: &[LabelMap]) -> Result<Option<LabelMap>, PipelineError> {
+    let Some((width, height, step, [labels, _])) = label_map::together(maps, maps)? else { return Ok(None) };
     let lowest = |axis: usize| maps.iter().map(|m| m.corner[axis]).reduce(f64::min);
-    let corner = [lowest(0)?, lowest(1)?];
-    Some(LabelMap { name: String::new(), corner, step, width, height, labels })
+    let corner = lowest(0).zip(lowest(1));
+    Ok(corner.map(|(west, south)| LabelMap { name: String::new(), corner: [west, south], step, width, height, labels }))
 }
 
 #[cfg(test)]
@@ -161,8 +163,8 @@ mod tests {
             let labels = vec![label; 4];
             LabelMap { name: String::new(), corner, step: 0.5, width: 2, height: 2, labels }
         };
-        assert_eq!(mosaic(&[]), None);
-        let all = mosaic(&[map([11.0, 20.0], 3), map([10.0, 21.0], 1)]).unwrap();
+        assert_eq!(mosaic(&[]).unwrap(), None);
+        let all = mosaic(&[map([11.0, 20.0], 3), map([10.0, 21.0], 1)]).unwrap().unwrap();
         let at = |x: f64, y: f64| LABELS.get(usize::from(all.at(x, y))).copied();
         assert_eq!((at(11.2, 20.9), at(10.9, 21.1)), (Some(Label::Building), Some(Label::Grass)));
         assert_eq!((at(10.2, 20.2), at(9.0, 20.2)), (None, None));

@@ -1,6 +1,7 @@
 //! The colours of a mesh seen from above.
 
 use gable_evaluation::real::RealScene;
+use gable_files::Reach;
 use gable_geometry::DVec2;
 use gable_scene::{GREY, Material, Triangle, load_texture};
 use image::RgbImage;
@@ -24,7 +25,7 @@ pub(super) fn colours(scene: &RealScene, triangles: &[Triangle], materials: &[Ma
     tops.sort_by_key(|&(_, _, triangle)| triangles[triangle].material);
     for group in tops.chunk_by(|a, b| triangles[a.2].material == triangles[b.2].material) {
         let material = group.first().and_then(|top| materials.get(triangles[top.2].material as usize));
-        let texture = material.and_then(|material| load_texture(material).ok().flatten());
+        let texture = material.and_then(|material| load_texture(material, &Reach::everything()).ok().flatten());
         let plain = material.map_or(GREY, |material| material.colour);
         for &(at, centre, number) in group {
             let triangle = &triangles[number];
