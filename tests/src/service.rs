@@ -217,6 +217,8 @@ impl Service {
     /// If there is none.
     pub fn revoke(&self, name: &str) {
         let _ = run_gable(&["token", "revoke", name, "--database", &self.database]).success();
+        // Whoever asks is answered from memory that is a quarter of a second old at most.
+        std::thread::sleep(Duration::from_millis(500));
     }
 
     /// Sets a variable of the environment of processes that are started from then on.

@@ -200,10 +200,16 @@ exec "$@" < <(printf '%s\n' "$order"; exec cat)
     path
 }
 
-/// The features of CityJSONSeq that are buildings.
-fn building_lines(files: &Files) -> BTreeSet<&[u8]> {
-    let lines = files["city.city.jsonl"].split(|byte| *byte == b'\n');
-    lines.filter(|line| line.windows(10).any(|w| w == b"\"Building\"")).collect()
+/// The ids of the buildings.
+fn building_ids(files: &Files) -> BTreeSet<String> {
+    let mut ids = BTreeSet::new();
+    for line in files["city.city.jsonl"].split(|byte| *byte == b'\n') {
+        if line.windows(10).any(|w| w == b"\"Building\"") {
+            let feature: Value = serde_json::from_slice(line).unwrap();
+            ids.insert(feature["id"].as_str().unwrap().to_owned());
+        }
+    }
+    ids
 }
 
 fn a_block_that_dies_costs_itself(database: Database) {
@@ -243,10 +249,11 @@ fn a_block_that_dies_costs_itself(database: Database) {
     let whole: Value = serde_json::from_slice(&expected(6)["index.json"]).unwrap();
     let (some, all) = (index["buildings"].as_u64().unwrap(), whole["buildings"].as_u64().unwrap());
     assert!(some + 2 >= all && some > 0, "{some} of {all} buildings");
-    // In a town of 100 m most buildings stand near a hole, and the ground around it is spanned anew.
-    let (some, all) = (building_lines(&files), building_lines(expected(6)));
+    // In a town of 100 m most buildings stand near a hole, and the ground around it is spanned anew: their heights differ a
+    // little, but they are the same buildings.
+    let (some, all) = (building_ids(&files), building_ids(expected(6)));
     let same = some.intersection(&all).count();
-    assert!(same * 3 >= all.len(), "{same} of {} buildings are those of the whole city", all.len());
+    assert!(same * 3 >= all.len() * 2, "{same} of {} buildings are those of the whole city", all.len());
 
     // Without the poison, a retry mends it, and samples only the two.
     process.kill();
