@@ -147,14 +147,12 @@ parameters! {
         hole_area: f64 = SegmentParams::default().cleanup.hole_area, "m²", within(0.0, 1000.0);
         /// Trees up to this area that a building encloses on most sides become building.
         roof_tree_area: f64 = SegmentParams::default().cleanup.roof_tree_area, "m²", within(0.0, 1000.0);
-        /// Buildings whose mean tree probability exceeds this are trees.
+        /// Buildings within one patch whose mean tree probability exceeds this are trees.
         building_tree_share: f64 = SegmentParams::default().cleanup.building_tree_share, "", within(0.0, 1.0);
-        /// By how much less is enough if trees share its whole border.
-        among_trees: f64 = RegionParams::default().among_trees, "", within(0.0, 1.0);
         /// Buildings whose mean drop at the border to open ground is a smaller share of their mean height than this are none.
         wall_share: f64 = RegionParams::default().wall_share, "", within(0.0, 1.0);
-        /// Buildings among trees are trees above this score of plants, trees at the border, and small steps there.
-        crown_score: f64 = RegionParams::default().crown_score, "", within(0.0, 2.0);
+        /// Buildings of a smaller probability are trees: it falls with plants seen on them and trees around that they do not stand off.
+        probability: f64 = RegionParams::default().probability, "", within(0.0, 1.0);
         /// Buildings of 29 m² and more are none if a smaller share of them is as wide as the least width: lorries, containers, walls.
         narrow_share: f64 = RegionParams::default().long_core_share, "", within(0.0, 1.0);
         /// Buildings that are hardly anywhere as wide as this are none.

@@ -204,10 +204,8 @@ pub(crate) fn region_params(params: &Params) -> RegionParams {
     let given = &params.segmentation;
     RegionParams {
         half_width: given.min_width / 2.0,
-        tree_share: given.building_tree_share,
-        among_trees: given.among_trees,
         wall_share: given.wall_share,
-        crown_score: given.crown_score,
+        probability: given.probability,
         long_core_share: given.narrow_share,
         ..RegionParams::default()
     }

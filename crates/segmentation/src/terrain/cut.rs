@@ -8,6 +8,7 @@ use gable_graph_cut::{GridCapacities, max_flow_grid};
 
 use super::cells::{Cells, Side};
 use super::enclosure::{Enclosures, STEP};
+use super::land::Land;
 use crate::Error;
 
 /// What borders and areas cost. Costs have no unit; only their ratios mean something. Those of borders are per metre.
@@ -22,17 +23,22 @@ impl Costs {
     const TALL_WALL_IN_GROUND: f32 = 0.03;
     /// Object over object, for each metre of the step, and at most.
     const WALL_IN_OBJECT: f32 = 0.1;
-    const WALL_IN_OBJECT_AT_MOST: f32 = 0.28;
+    const WALL_IN_OBJECT_AT_MOST: f32 = 0.2;
+    /// On a hillside walls in the ground are common: the share by which they cost less there; by how much more those in objects cost
+    /// at most; and what an object costs more for each m², for one that reaches over a whole hillside is none.
+    const COMMON_ON_HILLSIDE: f32 = 0.55;
+    const MORE_ON_HILLSIDE: f32 = 0.1;
+    const OBJECT_ON_HILLSIDE: f32 = 0.006;
     /// An object that ends at the foot of higher ground, beyond both of the above.
     const OBJECT_BELOW_GROUND: f32 = 0.5;
     /// A border between ground and object without a step; less where the surface is steep.
     const NO_STEP: f32 = 2.5;
     const NO_STEP_WHERE_STEEP: f32 = 0.2;
     /// An object that the rim of the scene cuts.
-    const RIM: f32 = 0.35;
+    const RIM: f32 = 0.45;
     /// An object, for each m²: it decides where nothing else does.
     const OBJECT: f32 = 0.003;
-    /// Ground that is rough within cells, as crowns are, for each m².
+    /// Ground that is rough within cells, as crowns are, for each m²; not in the low places of the land, where meadows are.
     const ROUGH_GROUND: f32 = 0.03;
     /// Ground that is nowhere even over several cells, as woods are, for each m².
     const UNEVEN_GROUND: f32 = 0.1;
@@ -47,13 +53,19 @@ const ROUGH: [f32; 2] = [0.3, 0.6];
 /// The same of unevenness over several cells, metres.
 const UNEVEN: [f32; 2] = [0.12, 0.25];
 
+/// Slope of the land (rise over run) from which a place begins to be a hillside, and is one.
+const HILLSIDE: [f32; 2] = [0.1, 0.35];
+
+/// Height over the low places of the land at which a place begins to be none of them, and is none, metres.
+const LOW_PLACE: [f32; 2] = [1.5, 3.5];
+
 /// Steep rise from which a border counts as a step, metres.
 const STEP_FROM: f32 = 0.5 * STEP;
 
 /// Costs are cut as whole numbers of this fraction.
 const SCALE: f32 = 1000.0;
 
-/// Marks the objects among the usable cells. `against_ground` are more costs of a cell's being ground (see
+/// Marks the objects among the usable cells. `land` is how it lies at large, `against_ground` are more costs of a cell's being ground (see
 /// [`super::doubt::against_ground`]). O(cells) in practice.
 ///
 /// # Errors
@@ -62,6 +74,7 @@ pub(super) fn objects(
     cells: &Cells,
     usable: &[bool],
     enclosures: &Enclosures,
+    land: &Land,
     against_ground: &[f32],
 ) -> Result<Vec<bool>, Error> {
     let count = usable.len();
@@ -74,7 +87,9 @@ pub(super) fn objects(
     for i in (0..count).filter(|&i| usable[i]) {
         let rough = Costs::ROUGH_GROUND * ramp(cells.rough[i], ROUGH);
         let uneven = Costs::UNEVEN_GROUND * ramp(cells.uneven[i], UNEVEN);
-        object[i] += (Costs::OBJECT - rough.max(uneven)) * edge * edge - against_ground[i];
+        let no_low_place = ramp(land.over_low_places[i], LOW_PLACE);
+        let on_hillside = Costs::OBJECT_ON_HILLSIDE * ramp(land.slope[i], HILLSIDE);
+        object[i] += (Costs::OBJECT + on_hillside - rough.max(uneven) * no_low_place) * edge * edge - against_ground[i];
         for side in Side::ALL {
             let Some((j, rise)) = cells.beside(i, side).filter(|(j, _)| usable[*j]) else {
                 object[i] += Costs::RIM * edge;
@@ -84,7 +99,7 @@ pub(super) fn objects(
             if rise > 0.0 || (rise == 0.0 && j < i) {
                 continue;
             }
-            let pair = pair(cells, enclosures, i, j, -rise);
+            let pair = pair(cells, enclosures, ramp(land.slope[i], HILLSIDE), i, j, -rise);
             object[i] += edge * (pair.only_upper - pair.none);
             object[j] += edge * (pair.both - pair.only_upper);
             let capacity = edge * (pair.only_lower + pair.only_upper - pair.none - pair.both);
@@ -112,15 +127,15 @@ struct Pair {
     both: f32,
 }
 
-fn pair(cells: &Cells, enclosures: &Enclosures, upper: usize, lower: usize, step: f32) -> Pair {
+fn pair(cells: &Cells, enclosures: &Enclosures, hillside: f32, upper: usize, lower: usize, step: f32) -> Pair {
     if step <= STEP_FROM {
         let slope = (cells.middle[upper] - cells.middle[lower]).abs() / cells.window.step as f32;
         let change = Costs::NO_STEP * (1.2 - slope).clamp(Costs::NO_STEP_WHERE_STEEP, 1.0);
         return Pair { none: 0.0, only_upper: change, only_lower: change, both: 0.0 };
     }
     let is_inner = step >= STEP && enclosures.encloses(upper, lower);
-    let none = if is_inner { 0.0 } else { wall_in_ground(step) };
-    let both = (Costs::WALL_IN_OBJECT * step).min(Costs::WALL_IN_OBJECT_AT_MOST);
+    let none = if is_inner { 0.0 } else { wall_in_ground(step) * (1.0 - Costs::COMMON_ON_HILLSIDE * hillside) };
+    let both = (Costs::WALL_IN_OBJECT * step).min(Costs::WALL_IN_OBJECT_AT_MOST + Costs::MORE_ON_HILLSIDE * hillside);
     Pair { none, only_upper: 0.0, only_lower: none + both + Costs::OBJECT_BELOW_GROUND, both }
 }
 

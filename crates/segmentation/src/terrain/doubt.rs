@@ -6,6 +6,7 @@
 use super::cells::Cells;
 use super::cut::wall_in_ground;
 use super::enclosure::STEP;
+use super::land::Land;
 use crate::distance::squared_distance;
 use crate::fill::fill_missing;
 use crate::roughness::box_mean;
@@ -13,9 +14,10 @@ use crate::roughness::box_mean;
 /// How far one looks across an object, metres.
 const REACH: f64 = 60.0;
 
-/// Difference in height across an object that needs no reason, metres, and slope that needs none (rise over run).
+/// Difference in height across an object that needs no reason, metres, and slope that needs none (rise over run): on level land, more
+/// for each unit of the land's own slope, and at most.
 const FREE_ACROSS: f32 = 1.0;
-const SLOPE_ACROSS: f32 = 0.25;
+const SLOPE_ACROSS: Allowance = Allowance { level: 0.04, by_slope: 0.6, most: 0.25 };
 
 /// Side of the window over which the ground's own slope is smoothed, metres.
 const TREND: f64 = 62.0;
@@ -24,36 +26,59 @@ const TREND: f64 = 62.0;
 const LARGE: f64 = 3000.0;
 
 /// Height of a small place over the continued ground that needs no reason, metres, and slope that needs none.
-const FREE_SMALL: f32 = 2.0;
-const SLOPE_SMALL: f32 = 0.5;
+const FREE_SMALL: Allowance = Allowance { level: 1.2, by_slope: 3.0, most: 2.0 };
+const SLOPE_SMALL: Allowance = Allowance { level: 0.05, by_slope: 1.2, most: 0.5 };
+
+/// Weight of what such a place stands higher, against a step of that height.
+const SMALL: f32 = 2.0;
 
 /// Sweeps of the continuation.
 const SWEEPS: usize = 20;
 
+/// How far the ground may depart from a continuation without a reason: terraced hillsides do, streets do not.
+struct Allowance {
+    level: f32,
+    by_slope: f32,
+    most: f32,
+}
+
+impl Allowance {
+    fn at(&self, slope: f32) -> f32 {
+        (self.level + self.by_slope * slope).min(self.most)
+    }
+}
+
 /// What it costs each cell to be ground, as in [`super::cut`], because ground around it is lower. O(cells).
-pub(super) fn against_ground(cells: &Cells, ground: &[bool]) -> Vec<f32> {
+pub(super) fn against_ground(cells: &Cells, land: &Land, ground: &[bool]) -> Vec<f32> {
     let mut cost = vec![0.0; ground.len()];
-    across_objects(cells, ground, &mut cost);
-    over_continued_ground(cells, ground, &mut cost);
+    across_objects(cells, land, ground, &mut cost);
+    over_continued_ground(cells, land, ground, &mut cost);
     cost
 }
 
 /// Along rows and columns: ground that is higher than other ground beyond an object, by more than the slope of the place makes.
-fn across_objects(cells: &Cells, ground: &[bool], cost: &mut [f32]) {
+fn across_objects(cells: &Cells, land: &Land, ground: &[bool], cost: &mut [f32]) {
     let (width, height) = (cells.window.width, cells.window.height);
     let radius = (TREND / cells.window.step / 2.0) as usize;
     let continued = continued(cells, ground);
     let trend = box_mean(&continued, width, height, radius);
     let trend = box_mean(&trend, width, height, radius);
     for y in 0..height {
-        along(cells, ground, &trend, (0..width).map(|x| y * width + x), cost);
+        along(cells, land, ground, &trend, (0..width).map(|x| y * width + x), cost);
     }
     for x in 0..width {
-        along(cells, ground, &trend, (0..height).map(|y| y * width + x), cost);
+        along(cells, land, ground, &trend, (0..height).map(|y| y * width + x), cost);
     }
 }
 
-fn along(cells: &Cells, ground: &[bool], trend: &[f32], line: impl Iterator<Item = usize>, cost: &mut [f32]) {
+fn along(
+    cells: &Cells,
+    land: &Land,
+    ground: &[bool],
+    trend: &[f32],
+    line: impl Iterator<Item = usize>,
+    cost: &mut [f32],
+) {
     let step = cells.window.step as f32;
     let mut last: Option<(usize, usize)> = None;
     for (at, i) in line.enumerate().filter(|(_, i)| ground[*i]) {
@@ -62,7 +87,7 @@ fn along(cells: &Cells, ground: &[bool], trend: &[f32], line: impl Iterator<Item
             && ((at - before) as f64) * cells.window.step <= REACH
         {
             let rise = (cells.middle[i] - trend[i]) - (cells.middle[j] - trend[j]);
-            let excess = rise.abs() - FREE_ACROSS - SLOPE_ACROSS * (at - before) as f32 * step;
+            let excess = rise.abs() - FREE_ACROSS - SLOPE_ACROSS.at(land.slope[i]) * (at - before) as f32 * step;
             if excess > 0.0 {
                 cost[if rise > 0.0 { i } else { j }] += step * wall_in_ground(excess);
             }
@@ -72,7 +97,7 @@ fn along(cells: &Cells, ground: &[bool], trend: &[f32], line: impl Iterator<Item
 }
 
 /// Small places of ground that lie high over what the large ones around them continue to.
-fn over_continued_ground(cells: &Cells, ground: &[bool], cost: &mut [f32]) {
+fn over_continued_ground(cells: &Cells, land: &Land, ground: &[bool], cost: &mut [f32]) {
     let (width, height, step) = (cells.window.width, cells.window.height, cells.window.step as f32);
     let surfaces = cells.surfaces(ground, STEP);
     let Some(&largest) = surfaces.sizes.iter().max() else { return };
@@ -82,9 +107,10 @@ fn over_continued_ground(cells: &Cells, ground: &[bool], cost: &mut [f32]) {
     let continued = continued(cells, &large);
     let distance = squared_distance(&large, width, height, false);
     for i in (0..ground.len()).filter(|&i| ground[i] && !large[i]) {
-        let excess = cells.middle[i] - continued[i] - FREE_SMALL - SLOPE_SMALL * step * distance[i].sqrt();
+        let free = FREE_SMALL.at(land.slope[i]) + SLOPE_SMALL.at(land.slope[i]) * step * distance[i].sqrt();
+        let excess = cells.middle[i] - continued[i] - free;
         if excess > 0.0 {
-            cost[i] += step * wall_in_ground(excess);
+            cost[i] += SMALL * step * wall_in_ground(excess);
         }
     }
 }

@@ -7,13 +7,14 @@
 //!    slope of 45° on, so that hillsides, banks and ramps do not count and walls do.
 //! 2. `rim`: what hangs down at the rim of the mesh is left out.
 //! 3. `enclosure`: smooth surfaces, and which of them encloses which.
-//! 4. `cut`: ground or object for all cells at once, by a minimum cut. An object is what is closed in by steps up from the ground.
-//! 5. `doubt`: what was taken for ground and stands high over the ground around it is put to the cut again.
-//! 6. `pits`: small hollows in the ground are bridged.
-//! 7. Between ground cells the surface is a smooth continuation (Laplace's equation), under buildings and trees too.
+//! 4. `land`: how steep the land is at large, for on a hillside walls in the ground are common, and how low its low places are.
+//! 5. `cut`: ground or object for all cells at once, by a minimum cut. An object is what is closed in by steps up from the ground.
+//! 6. `doubt`: what was taken for ground and stands high over the ground around it is put to the cut again.
+//! 7. `pits`, `bumps`: small hollows in the ground are bridged, what is small and stands on it is left out.
+//! 8. Between ground cells the surface is a smooth continuation (Laplace's equation), under buildings and trees too.
 //!
-//! All of it works on the cells of the absolute lattice, for the city as a whole: nothing depends on blocks. There is no trend and no
-//! window that a scene could be too small for, and one low place decides nothing but itself.
+//! All of it works on the cells of the absolute lattice, for the city as a whole: nothing depends on blocks. No window needs a scene
+//! of a least size, and one low place decides nothing but itself.
 
 use gable_geometry::DVec2;
 use gable_ortho::{GridWindow, Raster};
@@ -22,10 +23,13 @@ use crate::Error;
 use crate::coarse_heights::CoarseHeights;
 use crate::fill::{bilinear, fill_missing};
 
+mod bridges;
+mod bumps;
 mod cells;
 mod cut;
 mod doubt;
 mod enclosure;
+mod land;
 mod pits;
 mod rim;
 
@@ -69,15 +73,18 @@ impl Terrain {
         let hanging = rim::hanging(&cells);
         let usable: Vec<bool> = cells.seen.iter().zip(&hanging).map(|(seen, hangs)| *seen && !hangs).collect();
         let enclosures = enclosure::Enclosures::of(&cells, &usable);
+        let land = land::Land::of(&cells);
         let mut against_ground = vec![0.0; usable.len()];
         let mut round = 1;
         let mut ground: Vec<bool> = loop {
-            let objects = cut::objects(&cells, &usable, &enclosures, &against_ground)?;
-            let ground: Vec<bool> = usable.iter().zip(&objects).map(|(usable, object)| *usable && !object).collect();
+            let objects = cut::objects(&cells, &usable, &enclosures, &land, &against_ground)?;
+            let mut ground: Vec<bool> =
+                usable.iter().zip(&objects).map(|(usable, object)| *usable && !object).collect();
             if round == ROUNDS {
+                bridges::join(&cells, &objects, &mut ground);
                 break ground;
             }
-            against_ground = doubt::against_ground(&cells, &ground);
+            against_ground = doubt::against_ground(&cells, &land, &ground);
             round += 1;
         };
         pits::leave_out(&cells, &mut ground);
@@ -85,6 +92,7 @@ impl Terrain {
         for i in (0..ground.len()).filter(|&i| ground[i]) {
             surface[i] = if cells.quartile[i] - cells.low[i] < MIXED { cells.quartile[i] } else { cells.low[i] };
         }
+        bumps::leave_out(&cells, &mut surface);
         if !ground.contains(&true) {
             // A roof that fills the scene: its lowest place is all that is known of the ground.
             let lowest = cells.low.iter().copied().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
@@ -302,6 +310,117 @@ mod tests {
             |&(x, y): &(f64, f64)| (terrain.height(dvec2(x, y) + WINDOW.bounds().min) - ground(x, y)).abs() > 1.0;
         let (off, all) = (places.clone().filter(is_off).count(), places.count());
         assert!(off * 100 < all, "{off} of {all}");
+    }
+
+    #[test]
+    fn low_roofs_between_higher_ones_are_no_ground() {
+        // A block whose court is built over, 3.5 m high but for a yard, and another whose roof has a terrace.
+        let blocks = |x: f64, y: f64| {
+            if inside(x, y, [60.0, 60.0, 130.0, 120.0]) {
+                let is_court = inside(x, y, [72.0, 72.0, 118.0, 108.0]);
+                let is_yard = inside(x, y, [100.0, 72.0, 118.0, 108.0]);
+                if is_yard {
+                    0.0
+                } else if is_court {
+                    3.5
+                } else {
+                    11.0
+                }
+            } else if inside(x, y, [200.0, 150.0, 240.0, 190.0]) {
+                if inside(x, y, [212.0, 160.0, 226.0, 176.0]) { 4.0 } else { 10.0 }
+            } else {
+                0.0
+            }
+        };
+        for slope in [0.0, 0.04] {
+            let ground = move |x: f64, y: f64| 3.0 + slope * x - 0.5 * slope * y;
+            let terrain = Terrain::from_coarse(&scene(ground, blocks).1).unwrap();
+            let everywhere = worst(&terrain, ground, |_, _| true);
+            assert!(everywhere < 0.8, "slope {slope}: {everywhere:.2} m");
+        }
+    }
+
+    #[test]
+    fn a_meadow_in_a_wood_is_ground() {
+        let ground = |x: f64, y: f64| 0.02 * x - 0.01 * y;
+        let is_meadow = |x: f64, y: f64| inside(x, y, [150.0, 120.0, 230.0, 180.0]);
+        // High plants all over the meadow.
+        let plants = |x: f64, y: f64| {
+            if is_meadow(x, y) {
+                0.6 + 0.45 * ((x / 1.3).sin() + (y / 1.1).cos())
+            } else {
+                10.0 + 2.5 * ((x / 2.1).sin() + (y / 1.7).cos())
+            }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, plants).1).unwrap();
+        let meadow = worst(&terrain, ground, is_meadow);
+        assert!(meadow < 1.6, "{meadow:.2} m");
+    }
+
+    #[test]
+    fn a_terraced_hillside_is_ground() {
+        // Terraces of 9 m with walls of 3 m that end nowhere; houses on some of them.
+        let terraces = |x: f64, y: f64| {
+            let along = x + 6.0 * (y / 25.0).sin();
+            3.0 * (along / 9.0).floor() + 0.1 * along.rem_euclid(9.0)
+        };
+        let is_house = |x: f64, y: f64| x.rem_euclid(36.0) < 6.0 && y.rem_euclid(40.0) < 11.0;
+        let houses = |x: f64, y: f64| if is_house(x, y) { 6.5 } else { 0.0 };
+        let (raster, coarse) = scene(terraces, houses);
+        let terrain = Terrain::from_coarse(&coarse).unwrap();
+        let ground = terrain.under(&raster);
+        let window = raster.window();
+        let (mut off, mut all) = (0, 0);
+        for row in 0..window.height {
+            for column in 0..window.width {
+                let p = window.centre(column, row) - window.bounds().min;
+                all += 1;
+                off += usize::from((f64::from(ground[(column, row)]) - terraces(p.x, p.y)).abs() > 1.5);
+            }
+        }
+        assert!(off * 50 < all, "{off} of {all}");
+    }
+
+    #[test]
+    fn a_bridge_is_ground_and_a_long_hall_is_none() {
+        // A river between quays, a bridge over it, and a hall as long and as wide on the bank.
+        let is_river = |x: f64| inside(x, 0.0, [150.0, 0.0, 220.0, 0.0]);
+        let is_deck = |x: f64, y: f64| inside(x, y, [140.0, 160.0, 230.0, 174.0]);
+        let ground = |x: f64, y: f64| if is_river(x) && !is_deck(x, y) { -5.0 } else { 0.01 * x };
+        let things = |x: f64, y: f64| {
+            let is_railing = is_deck(x, y) && !inside(x, y, [140.0, 160.8, 230.0, 173.2]);
+            if is_railing {
+                0.9
+            } else if inside(x, y, [250.0, 80.0, 340.0, 94.0]) {
+                6.0
+            } else {
+                0.0
+            }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, things).1).unwrap();
+        let at_edge = |x: f64, y: f64| {
+            let beside = |at: f64, edge: f64| (at - edge).abs() < 3.0;
+            beside(x, 150.0) || beside(x, 220.0) || beside(y, 160.0) || beside(y, 174.0)
+        };
+        let open = worst(&terrain, ground, |x, y| !at_edge(x, y));
+        assert!(open < 0.8, "{open:.2} m");
+    }
+
+    #[test]
+    fn cars_and_spikes_leave_no_trace() {
+        let ground = |x: f64, y: f64| 0.1 * x + 0.02 * y;
+        let cars = |x: f64, y: f64| {
+            if x.rem_euclid(23.0) < 2.0 && y.rem_euclid(17.0) < 4.5 {
+                0.9
+            } else if x.rem_euclid(31.0) < 1.0 && y.rem_euclid(29.0) < 1.0 {
+                -2.0
+            } else {
+                0.0
+            }
+        };
+        let terrain = Terrain::from_coarse(&scene(ground, cars).1).unwrap();
+        let everywhere = worst(&terrain, ground, |_, _| true);
+        assert!(everywhere < 0.4, "{everywhere:.2} m");
     }
 
     #[test]
