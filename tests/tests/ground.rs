@@ -57,13 +57,18 @@ const fn yard(name: &'static str, surface: fn(DVec2, f64) -> f64, low: fn(DVec2)
 
 /// Height field as an OFF file.
 fn write(scene: &Scene, path: &Path) {
-    let side = (scene.size / STEP) as usize + 1;
+    write_field(path, DVec2::ZERO, scene.size, |p| (scene.surface)(p, (scene.ground)(p)));
+}
+
+/// A square of a height field as an OFF file.
+fn write_field(path: &Path, corner: DVec2, size: f64, height: impl Fn(DVec2) -> f64) {
+    let side = (size / STEP) as usize + 1;
     let mut random = Counter::new(5);
     let mut text = format!("OFF\n{} {} 0\n", side * side, 2 * (side - 1) * (side - 1));
     for j in 0..side {
         for i in 0..side {
-            let p = dvec2(i as f64, j as f64) * STEP;
-            let z = (scene.surface)(p, (scene.ground)(p)) + random.range(-0.03, 0.03);
+            let p = corner + dvec2(i as f64, j as f64) * STEP;
+            let z = height(p) + random.range(-0.03, 0.03);
             writeln!(text, "{} {} {z:.3}", p.x, p.y).unwrap();
         }
     }
@@ -184,4 +189,65 @@ fn what_lies_low_does_not_make_a_building_of_the_rest() {
             |p| p.min(dvec2(100.0, 100.0) - p).min_element() < 7.0,
         ),
     ]);
+}
+
+/// A town on a slope: blocks of four houses around a court that a shed fills in part, streets between them.
+fn town(p: DVec2) -> f64 {
+    let ground = 0.06 * p.x - 0.03 * p.y;
+    let block = dvec2(p.x.rem_euclid(52.0), p.y.rem_euclid(44.0));
+    let number = (p.x.div_euclid(52.0) + 3.0 * p.y.div_euclid(44.0)).rem_euclid(5.0);
+    let is_court = inside(block, [20.0, 18.0, 12.0, 8.0]);
+    let is_shed = inside(block, [20.0, 18.0, 6.0, 8.0]);
+    match inside(block, [10.0, 8.0, 32.0, 28.0]) {
+        true if is_shed => ground + 3.4,
+        true if !is_court => ground + 7.0 + number,
+        _ => ground,
+    }
+}
+
+/// Footprint area, mean corner and attributes of each building of a square of the town.
+fn town_buildings(corner: DVec2, size: f64) -> Vec<(DVec2, f64, f64)> {
+    let folder = tempfile::tempdir().unwrap();
+    let (mesh, out) = (folder.path().join("mesh.off"), folder.path().join("out"));
+    write_field(&mesh, corner, size, town);
+    let arguments = ["run", mesh.to_str().unwrap(), "--out", out.to_str().unwrap(), "--quiet"];
+    let _ = run_gable(&[&arguments[..], &["--set", "output.report=false"]].concat()).success();
+    let city = read_city(&out.join("city.city.jsonl"), None);
+    let origin = DVec3::from(city.origin).truncate();
+    let prints = footprints(&city);
+    let mut buildings = Vec::new();
+    for building in &city.buildings {
+        let Some(print) = prints.get(&building.id) else { continue };
+        let area = print.iter().map(gable_geometry::Polygon::area).sum();
+        let corners: Vec<DVec2> = print.iter().flat_map(|polygon| polygon.outer.iter().copied()).collect();
+        let middle = corners.iter().sum::<DVec2>() / corners.len() as f64 + origin;
+        let Some(gable_city_model::Value::Number(cut)) = building.attributes.get("cut_share") else {
+            panic!("{} does not say whether the rim cuts it", building.id)
+        };
+        buildings.push((middle, area, *cut));
+    }
+    buildings
+}
+
+#[test]
+fn a_crop_has_the_buildings_of_the_whole_away_from_its_rim() {
+    let whole = town_buildings(DVec2::ZERO, 260.0);
+    let (corner, size) = (dvec2(95.0, 80.0), 150.0);
+    let crop = town_buildings(corner, size);
+    let is_inner = |p: DVec2| {
+        let edge = (p - corner).min(corner + size - p).min_element();
+        edge > 30.0
+    };
+    let mut inner = 0;
+    for (middle, area, cut) in whole.iter().filter(|building| is_inner(building.0)) {
+        inner += 1;
+        let same = crop.iter().find(|other| other.0.distance(*middle) < 1.0 && (other.1 - area).abs() < 0.03 * area);
+        let same =
+            same.unwrap_or_else(|| panic!("the building of {area:.0} m² at {middle} is not in the crop: {crop:.1?}"));
+        assert_eq!((*cut, same.2), (0.0, 0.0), "{middle} is cut by no rim");
+    }
+    assert!(inner >= 2, "{whole:?}");
+    // At the rim of the crop the buildings are cut, and say so.
+    let at_rim = crop.iter().filter(|(_, area, cut)| *area > 100.0 && *cut > 0.05).count();
+    assert!(at_rim >= 3, "{crop:?}");
 }

@@ -15,7 +15,7 @@ use gable_city_model::{Building, Tolerances, Value};
 use gable_geometry::{Box2, DVec3, Frame};
 use gable_modeling::{BuildingInput, BuildingModel};
 use gable_ortho::{GridWindow, Orthograph, Raster, steep_facets};
-use gable_segmentation::{Label, Terrain};
+use gable_segmentation::{Evidence, Label, Terrain};
 use gable_stitching::{TileComponents, part_id};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -284,6 +284,18 @@ fn params(context: &Context<'_>) -> gable_modeling::Params {
     }
 }
 
+/// Why a building was taken for one, so that a user can leave out what is doubtful: its probability of being no crown, the height of
+/// the walls at its open border as a share of its own height, and the share of its border where the mesh ends.
+fn evidence_attributes(evidence: &Evidence) -> Vec<(String, Value)> {
+    let share = |value: f64| Value::Number((value * 100.0).round() / 100.0);
+    let mut out = vec![
+        ("building_probability".to_owned(), share(evidence.probability())),
+        ("cut_share".to_owned(), share(evidence.cut())),
+    ];
+    out.extend(evidence.walls().map(|walls| ("wall_share".to_owned(), share(walls))));
+    out
+}
+
 /// A building as it is written and as it is reported.
 fn record(
     task: &Task,
@@ -335,6 +347,9 @@ fn record(
             record.height_m = model.height;
             record.rmse_m = Some(model.rmse);
             building.attributes = model.attributes;
+            if let Some(evidence) = &task.evidence {
+                building.attributes.extend(evidence_attributes(evidence));
+            }
             record.roof_type = match building.attributes.get("roof_type") {
                 Some(Value::Text(name)) => Some(name.clone()),
                 _ => None,

@@ -23,6 +23,9 @@ pub(crate) struct Task {
     pub(crate) extent: Component,
     /// Where its footprint stands in the list of those that were given: the building is what was seen inside it.
     pub(crate) footprint: Option<usize>,
+    /// Why it was taken for a building; `None` where the footprint was given.
+    #[serde(default)]
+    pub(crate) evidence: Option<Evidence>,
 }
 
 impl Task {
@@ -69,8 +72,9 @@ pub(crate) fn stitch(
     };
     let (mut wholes, mut others) = (Vec::new(), BTreeMap::<usize, Vec<(u32, Label)>>::new());
     for whole in unite(&labelled.components) {
-        match verdict(&whole, &labelled.evidence, &params, step) {
-            Label::Building if whole.area(step) >= smallest => wholes.push(whole),
+        let evidence = gathered(&whole, &labelled.evidence);
+        match evidence.verdict(&params, step) {
+            Label::Building if whole.area(step) >= smallest => wholes.push((whole, evidence)),
             label => {
                 // Too small for a building, and no tree: it lies on the ground.
                 let label = if label == Label::Building { Label::Ground } else { label };
@@ -83,12 +87,16 @@ pub(crate) fn stitch(
     // What was given stays, also where it is too small to be modelled.
     let labelled =
         if context.params.segmentation.labels.is_some() { labelled } else { relabel(context, labelled, &others)? };
-    let centroids: Vec<DVec2> = wholes.iter().map(|w| w.centroid(step)).collect();
+    let centroids: Vec<DVec2> = wholes.iter().map(|(whole, _)| whole.centroid(step)).collect();
     let ids = building_ids(&centroids, frame);
     context.observer.done(Stage::Stitch, "city");
-    let tasks =
-        wholes.into_iter().zip(ids).map(|(whole, id)| Task { id, extent: whole.extent, footprint: None }).collect();
-    Ok((tasks, labelled))
+    let tasks = wholes.into_iter().zip(ids).map(|((whole, evidence), id)| Task {
+        id,
+        extent: whole.extent,
+        footprint: None,
+        evidence: Some(evidence),
+    });
+    Ok((tasks.collect(), labelled))
 }
 
 /// The building of a footprint; `None` if that holds no pixel.
@@ -105,15 +113,16 @@ fn given(number: usize, footprint: &Footprint, step: f64) -> Option<Task> {
         columns: [a.columns[0].min(b.columns[0]), a.columns[1].max(b.columns[1])],
         rows: [a.rows[0].min(b.rows[0]), a.rows[1].max(b.rows[1])],
     });
-    Some(Task { id: footprint.id.clone(), extent, footprint: Some(number) })
+    Some(Task { id: footprint.id.clone(), extent, footprint: Some(number), evidence: None })
 }
 
-fn verdict(whole: &Whole, evidence: &[Vec<Evidence>], params: &RegionParams, step: f64) -> Label {
+/// The evidence on all pieces of a building.
+fn gathered(whole: &Whole, evidence: &[Vec<Evidence>]) -> Evidence {
     let mut sum = Evidence::default();
     for &(tile, component) in &whole.pieces {
         sum.absorb(&evidence[tile][component as usize]);
     }
-    sum.verdict(params, step)
+    sum
 }
 
 /// The labels with other ones for some components. What was labelled stays as it was, for a run that goes on here.

@@ -54,6 +54,7 @@ impl Evidence {
                 for towards in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
                     let line = Line { window, from: (x + dx, y + dy), towards };
                     if let Some(outside) = line.pixel(1).filter(|&j| !building.values()[j]) {
+                        evidence.unseen += u64::from(heights.values()[outside].is_nan());
                         let is_tree = labels.values()[outside] == Label::Tree as u8;
                         evidence.add_side(is_tree, line.drop(heights, reach));
                     }

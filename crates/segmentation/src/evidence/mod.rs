@@ -38,6 +38,9 @@ pub struct Evidence {
     drop: u64,
     /// Sum of the heights over the ground of all pixels, centimetres.
     rise: u64,
+    /// Sides beyond which nothing was seen.
+    #[serde(default)]
+    unseen: u64,
 }
 
 impl Evidence {
@@ -54,6 +57,7 @@ impl Evidence {
         self.open += other.open;
         self.drop += other.drop;
         self.rise += other.rise;
+        self.unseen += other.unseen;
     }
 
     /// Mean tree probability, shape taken into account.
@@ -78,6 +82,12 @@ impl Evidence {
     #[must_use]
     pub fn step_to_trees(&self) -> f64 {
         self.tree_steps as f64 / self.tree_sides.max(1) as f64 / 100.0
+    }
+
+    /// Share of the border beyond which nothing was seen: there a hole or the rim of the mesh cuts it.
+    #[must_use]
+    pub fn cut(&self) -> f64 {
+        self.unseen as f64 / self.border.max(1) as f64
     }
 
     /// Share of the region that lies far from its border.

@@ -49,7 +49,7 @@ pub struct RegionParams {
 
 impl Default for RegionParams {
     fn default() -> Self {
-        Self { half_width: 1.0, core_share: 0.08, long_core_share: 0.24, wall_share: 0.4, probability: 0.3 }
+        Self { half_width: 1.0, core_share: 0.08, long_core_share: 0.24, wall_share: 0.4, probability: 0.25 }
     }
 }
 
