@@ -59,6 +59,9 @@ const HILLSIDE: [f32; 2] = [0.1, 0.35];
 /// Height over the low places of the land at which a place begins to be none of them, and is none, metres.
 const LOW_PLACE: [f32; 2] = [1.5, 3.5];
 
+/// By how much more the ground of a hillside may stand over its plane, metres.
+const HILLSIDE_RELIEF: f32 = 2.5;
+
 /// Steep rise from which a border counts as a step, metres.
 const STEP_FROM: f32 = 0.5 * STEP;
 
@@ -87,8 +90,9 @@ pub(super) fn objects(
     for i in (0..count).filter(|&i| usable[i]) {
         let rough = Costs::ROUGH_GROUND * ramp(cells.rough[i], ROUGH);
         let uneven = Costs::UNEVEN_GROUND * ramp(cells.uneven[i], UNEVEN);
-        let no_low_place = ramp(land.over_low_places[i], LOW_PLACE);
-        let on_hillside = Costs::OBJECT_ON_HILLSIDE * ramp(land.slope[i], HILLSIDE);
+        let hillside = ramp(land.slope(i), HILLSIDE);
+        let no_low_place = ramp(land.over_low_places[i] - HILLSIDE_RELIEF * hillside, LOW_PLACE);
+        let on_hillside = Costs::OBJECT_ON_HILLSIDE * hillside;
         object[i] += (Costs::OBJECT + on_hillside - rough.max(uneven) * no_low_place) * edge * edge - against_ground[i];
         for side in Side::ALL {
             let Some((j, rise)) = cells.beside(i, side).filter(|(j, _)| usable[*j]) else {
@@ -99,7 +103,7 @@ pub(super) fn objects(
             if rise > 0.0 || (rise == 0.0 && j < i) {
                 continue;
             }
-            let pair = pair(cells, enclosures, ramp(land.slope[i], HILLSIDE), i, j, -rise);
+            let pair = pair(cells, enclosures, hillside, i, j, -rise);
             object[i] += edge * (pair.only_upper - pair.none);
             object[j] += edge * (pair.both - pair.only_upper);
             let capacity = edge * (pair.only_lower + pair.only_upper - pair.none - pair.both);

@@ -9,7 +9,6 @@ use super::enclosure::STEP;
 use super::land::Land;
 use crate::distance::squared_distance;
 use crate::fill::fill_missing;
-use crate::roughness::box_mean;
 
 /// How far one looks across an object, metres.
 const REACH: f64 = 60.0;
@@ -19,15 +18,12 @@ const REACH: f64 = 60.0;
 const FREE_ACROSS: f32 = 1.0;
 const SLOPE_ACROSS: Allowance = Allowance { level: 0.04, by_slope: 0.6, most: 0.25 };
 
-/// Side of the window over which the ground's own slope is smoothed, metres.
-const TREND: f64 = 62.0;
-
 /// Area from which a place of ground needs no other to agree with it, m². The largest place needs none, however small it is.
 const LARGE: f64 = 3000.0;
 
 /// Height of a small place over the continued ground that needs no reason, metres, and slope that needs none.
 const FREE_SMALL: Allowance = Allowance { level: 1.2, by_slope: 3.0, most: 2.0 };
-const SLOPE_SMALL: Allowance = Allowance { level: 0.05, by_slope: 1.2, most: 0.5 };
+const SLOPE_SMALL: Allowance = Allowance { level: 0.05, by_slope: 1.2, most: 1.0 };
 
 /// Weight of what such a place stands higher, against a step of that height.
 const SMALL: f32 = 2.0;
@@ -56,26 +52,23 @@ pub(super) fn against_ground(cells: &Cells, land: &Land, ground: &[bool]) -> Vec
     cost
 }
 
-/// Along rows and columns: ground that is higher than other ground beyond an object, by more than the slope of the place makes.
+/// Along rows and columns: ground that is higher than other ground beyond an object, by more than the slope of the land makes.
 fn across_objects(cells: &Cells, land: &Land, ground: &[bool], cost: &mut [f32]) {
     let (width, height) = (cells.window.width, cells.window.height);
-    let radius = (TREND / cells.window.step / 2.0) as usize;
-    let continued = continued(cells, ground);
-    let trend = box_mean(&continued, width, height, radius);
-    let trend = box_mean(&trend, width, height, radius);
     for y in 0..height {
-        along(cells, land, ground, &trend, (0..width).map(|x| y * width + x), cost);
+        along(cells, land, ground, 0, (0..width).map(|x| y * width + x), cost);
     }
     for x in 0..width {
-        along(cells, land, ground, &trend, (0..height).map(|y| y * width + x), cost);
+        along(cells, land, ground, 1, (0..height).map(|y| y * width + x), cost);
     }
 }
 
+/// One row (axis 0) or column (axis 1).
 fn along(
     cells: &Cells,
     land: &Land,
     ground: &[bool],
-    trend: &[f32],
+    axis: usize,
     line: impl Iterator<Item = usize>,
     cost: &mut [f32],
 ) {
@@ -86,8 +79,10 @@ fn along(
             && at - before > 1
             && ((at - before) as f64) * cells.window.step <= REACH
         {
-            let rise = (cells.middle[i] - trend[i]) - (cells.middle[j] - trend[j]);
-            let excess = rise.abs() - FREE_ACROSS - SLOPE_ACROSS.at(land.slope[i]) * (at - before) as f32 * step;
+            let distance = (at - before) as f32 * step;
+            let slope = 0.5 * (land.gradient[i][axis] + land.gradient[j][axis]);
+            let rise = cells.middle[i] - cells.middle[j] - slope * distance;
+            let excess = rise.abs() - FREE_ACROSS - SLOPE_ACROSS.at(land.slope(i)) * distance;
             if excess > 0.0 {
                 cost[if rise > 0.0 { i } else { j }] += step * wall_in_ground(excess);
             }
@@ -107,7 +102,7 @@ fn over_continued_ground(cells: &Cells, land: &Land, ground: &[bool], cost: &mut
     let continued = continued(cells, &large);
     let distance = squared_distance(&large, width, height, false);
     for i in (0..ground.len()).filter(|&i| ground[i] && !large[i]) {
-        let free = FREE_SMALL.at(land.slope[i]) + SLOPE_SMALL.at(land.slope[i]) * step * distance[i].sqrt();
+        let free = FREE_SMALL.at(land.slope(i)) + SLOPE_SMALL.at(land.slope(i)) * step * distance[i].sqrt();
         let excess = cells.middle[i] - continued[i] - free;
         if excess > 0.0 {
             cost[i] += SMALL * step * wall_in_ground(excess);

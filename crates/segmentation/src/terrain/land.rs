@@ -29,8 +29,8 @@ const LOW_SQUARE: f64 = 0.1;
 
 /// The lie of the land at each cell, over some 140 m around it.
 pub(super) struct Land {
-    /// Slope, rise over run.
-    pub(super) slope: Vec<f32>,
+    /// Slopes in x and y, rise over run.
+    pub(super) gradient: Vec<[f32; 2]>,
     /// Height of the cell's middle over the low places around it, metres; a slope of the land is taken off.
     pub(super) over_low_places: Vec<f32>,
 }
@@ -41,16 +41,22 @@ impl Land {
         let squares = Squares::of(cells);
         let (width, height) = (cells.window.width, cells.window.height);
         let planes: Vec<[f64; 3]> = (0..squares.low.len()).map(|square| squares.low_plane(square)).collect();
-        let mut land = Self { slope: Vec::new(), over_low_places: Vec::new() };
+        let mut land = Self { gradient: Vec::new(), over_low_places: Vec::new() };
         for i in 0..width * height {
             let (x, y) = (i % width + squares.left, i / width + squares.bottom);
             let plane = planes[y / squares.edge * squares.columns + x / squares.edge];
             let from_middle = |at: usize| ((at % squares.edge) as f64 + 0.5) * cells.window.step - SQUARE / 2.0;
             let low = plane[0] * from_middle(x) + plane[1] * from_middle(y) + plane[2];
-            land.slope.push(plane[0].hypot(plane[1]) as f32);
+            land.gradient.push([plane[0] as f32, plane[1] as f32]);
             land.over_low_places.push(cells.middle[i] - low as f32);
         }
         land
+    }
+
+    /// Slope at a cell, rise over run.
+    pub(super) fn slope(&self, i: usize) -> f32 {
+        let [x, y] = self.gradient[i];
+        x.hypot(y)
     }
 }
 

@@ -5,9 +5,9 @@
 //!
 //! 1. `cells`: heights and roughness of each cell, and what rises steeply between it and the next. A difference counts as steep from a
 //!    slope of 45° on, so that hillsides, banks and ramps do not count and walls do.
-//! 2. `rim`: what hangs down at the rim of the mesh is left out.
-//! 3. `enclosure`: smooth surfaces, and which of them encloses which.
-//! 4. `land`: how steep the land is at large, for on a hillside walls in the ground are common, and how low its low places are.
+//! 2. `land`: how steep the land is at large, for on a hillside walls in the ground are common, and how low its low places are.
+//! 3. `rim`: what hangs down at the rim of the mesh is left out.
+//! 4. `enclosure`: smooth surfaces, and which of them encloses which.
 //! 5. `cut`: ground or object for all cells at once, by a minimum cut. An object is what is closed in by steps up from the ground.
 //! 6. `doubt`: what was taken for ground and stands high over the ground around it is put to the cut again.
 //! 7. `pits`, `bumps`: small hollows in the ground are bridged, what is small and stands on it is left out.
@@ -70,10 +70,10 @@ impl Terrain {
             return Ok(Self { heights: Raster::filled(window, 0.0), ground: Raster::filled(window, false) });
         }
         let cells = cells::Cells::of(coarse);
-        let hanging = rim::hanging(&cells);
+        let land = land::Land::of(&cells);
+        let hanging = rim::hanging(&cells, &land);
         let usable: Vec<bool> = cells.seen.iter().zip(&hanging).map(|(seen, hangs)| *seen && !hangs).collect();
         let enclosures = enclosure::Enclosures::of(&cells, &usable);
-        let land = land::Land::of(&cells);
         let mut against_ground = vec![0.0; usable.len()];
         let mut round = 1;
         let mut ground: Vec<bool> = loop {

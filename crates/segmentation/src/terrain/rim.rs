@@ -5,6 +5,7 @@
 
 use super::cells::{Cells, Side};
 use super::enclosure::STEP;
+use super::land::Land;
 use crate::roughness::box_min;
 
 /// How far from the rim such faces are looked for, metres.
@@ -13,7 +14,8 @@ const REACH: f64 = 8.0;
 /// Half the side of the window whose median height a place is compared with, metres.
 const AROUND: f64 = 10.0;
 
-/// Depth under that median from which a place at the rim hangs, metres.
+/// Depth under that median from which a place at the rim hangs, metres, on level land; on a slope as much more as it falls over
+/// [`AROUND`].
 const DEEP: f32 = 3.0;
 
 /// Relief of a cell that is level, metres, and the area from which a place of such cells is wide, m².
@@ -32,7 +34,7 @@ const BELOW_NEIGHBOUR: f32 = 1.0;
 
 /// The cells that hang down at the rim: from the rim inwards, first what lies deep below its surroundings, then the steep faces above
 /// that. At most [`REACH`] deep. O(cells · window).
-pub(super) fn hanging(cells: &Cells) -> Vec<bool> {
+pub(super) fn hanging(cells: &Cells, land: &Land) -> Vec<bool> {
     let step = cells.window.step;
     let rounds = (REACH / step).round().max(1.0) as usize;
     let radius = (AROUND / step).round().max(1.0) as i64;
@@ -44,7 +46,8 @@ pub(super) fn hanging(cells: &Cells) -> Vec<bool> {
         let mut fallen = Vec::new();
         for &i in &front {
             let below_hangs = neighbours(cells, i, 1).any(|j| hanging[j] && shares_side(cells, i, j));
-            if (is_deep(cells, i, radius) && is_under(cells, i, lowest_level[i])) || (below_hangs && is_steep(cells, i))
+            if (is_deep(cells, i, radius, DEEP + land.slope(i) * AROUND as f32) && is_under(cells, i, lowest_level[i]))
+                || (below_hangs && is_steep(cells, i))
             {
                 fallen.push(i);
             }
@@ -94,14 +97,14 @@ fn at_rim(cells: &Cells, i: usize) -> bool {
     Side::ALL.into_iter().any(|side| cells.beside(i, side).is_none())
 }
 
-fn is_deep(cells: &Cells, i: usize, radius: i64) -> bool {
+fn is_deep(cells: &Cells, i: usize, radius: i64, deep: f32) -> bool {
     let mut heights: Vec<f32> =
         neighbours(cells, i, radius).filter(|&j| cells.seen[j]).map(|j| cells.middle[j]).collect();
     if heights.is_empty() {
         return false;
     }
     let middle = heights.len() / 2;
-    *heights.select_nth_unstable_by(middle, f32::total_cmp).1 - cells.middle[i] > DEEP
+    *heights.select_nth_unstable_by(middle, f32::total_cmp).1 - cells.middle[i] > deep
 }
 
 fn is_steep(cells: &Cells, i: usize) -> bool {
