@@ -25,6 +25,11 @@ const LONG_AT_RIM: f64 = 40.0;
 /// Difference to the ground beside it that is no step, metres.
 const LEVEL: f32 = 0.6;
 
+/// How far from a deck another may run, metres, how level with it, metres, and along which share of its length.
+const BESIDE: f64 = 6.0;
+const LEVEL_WITH_DECK: f32 = 1.5;
+const ALONG: f64 = 0.6;
+
 /// Makes bridges ground. O(cells).
 pub(super) fn join(cells: &Cells, objects: &[bool], ground: &mut [bool]) {
     let smooth: Vec<bool> =
@@ -36,27 +41,63 @@ pub(super) fn join(cells: &Cells, objects: &[bool], ground: &mut [bool]) {
             members[*n as usize].push(i);
         }
     }
+    let mut is_deck = vec![false; ground.len()];
     let before = ground.to_vec();
-    for part in members.iter().filter(|part| is_bridge(cells, part, &before)) {
-        for &i in part {
-            ground[i] = true;
-        }
+    let (decks, others): (Vec<_>, Vec<_>) = members.iter().partition(|part| is_bridge(cells, part, &before));
+    for &i in decks.iter().copied().flatten() {
+        is_deck[i] = true;
+    }
+    let first = is_deck.clone();
+    for &i in others.into_iter().filter(|part| runs_beside(cells, part, &first)).flatten() {
+        is_deck[i] = true;
+    }
+    for (ground, is_deck) in ground.iter_mut().zip(is_deck) {
+        *ground |= is_deck;
+    }
+}
+
+/// Whether a part that is as long and slender as a deck runs along one, level with it: the other track of a bridge.
+fn runs_beside(cells: &Cells, part: &[usize], decks: &[bool]) -> bool {
+    let Some(shape) = Slender::of(cells, part) else { return false };
+    let (width, height) = (cells.window.width as i64, cells.window.height as i64);
+    let reach = (BESIDE / cells.window.step).round() as i64;
+    let is_beside = |i: usize| {
+        let (x, y) = (i as i64 % width, i as i64 / width);
+        let rows = (y - reach).max(0)..(y + reach + 1).min(height);
+        rows.flat_map(|v| ((x - reach).max(0)..(x + reach + 1).min(width)).map(move |u| (v * width + u) as usize))
+            .any(|j| decks[j] && (cells.middle[j] - cells.middle[i]).abs() < LEVEL_WITH_DECK)
+    };
+    let mut beside = vec![false; (shape.length / cells.window.step).ceil() as usize + 1];
+    for (&i, position) in part.iter().zip(&shape.along) {
+        beside[((position - shape.first) / cells.window.step) as usize] |= is_beside(i);
+    }
+    beside.iter().filter(|beside| **beside).count() as f64 > ALONG * beside.len() as f64
+}
+
+/// A part that is long and slender.
+struct Slender {
+    /// Position of each of its cells along its longer axis, metres, and the least of them.
+    along: Vec<f64>,
+    first: f64,
+    length: f64,
+    width: f64,
+}
+
+impl Slender {
+    fn of(cells: &Cells, part: &[usize]) -> Option<Self> {
+        let step = cells.window.step;
+        let along = positions_along(cells, part);
+        let (first, last) = along.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        let length = last - first + step;
+        let width = cells.area(part.len()) / length;
+        (length >= LONG && length >= SLENDER * width).then_some(Self { along, first, length, width })
     }
 }
 
 fn is_bridge(cells: &Cells, part: &[usize], ground: &[bool]) -> bool {
     let step = cells.window.step;
-    let area = cells.area(part.len());
-    if area < LONG * LONG / 16.0 {
-        return false;
-    }
-    let along = positions_along(cells, part);
-    let (first, last) = along.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
-    let length = last - first + step;
-    let width = area / length;
-    if length < LONG || length < SLENDER * width {
-        return false;
-    }
+    let Some(Slender { along, first, length, width }) = Slender::of(cells, part) else { return false };
+    let last = first + length - step;
     // At either end: cells beside level ground, and at the rim.
     let mut level = [0_usize; 2];
     let mut rim = [0_usize; 2];
