@@ -91,7 +91,7 @@ fn wrong_usage_ends_with_2_and_says_what_to_do() {
         (&["run", "x.obj", "--out", "o", "--config", "absent.toml"], "absent.toml"),
         (&["synth", "--out", "o"], "--procedural"),
         (&["synth", "--case", "igloo", "--out", "o"], "the cases are gable"),
-        (&["synth", "--procedural", "--density", "99", "--out", "o"], "0.1 to 20 faces per m²"),
+        (&["synth", "--procedural", "--density", "99", "--out", "o"], "0.05 to 30 faces per m²"),
         (&["fly"], "unrecognized subcommand"),
     ];
     let folder = tempfile::tempdir().unwrap();

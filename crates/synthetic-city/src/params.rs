@@ -1,7 +1,9 @@
 //! What is asked for and what came of it.
 
 use crate::error::SynthError;
+use crate::look::Look;
 use crate::scene::case::RoofCase;
+use crate::scene::place::Place;
 use gable_city_model::CityModel;
 use gable_geometry::Crs;
 
@@ -22,6 +24,8 @@ pub enum Source {
         /// Copies in each direction; copies are turned, mirrored and get other roof slopes.
         repeat: u32,
     },
+    /// A place with what real ones have and the town has not.
+    Place(Place),
 }
 
 /// Parameters of a synthetic city.
@@ -31,7 +35,7 @@ pub struct SynthParams {
     pub seed: u64,
     /// Where the buildings come from.
     pub source: Source,
-    /// Faces of the mesh per m² of ground; 0.1 to 20.
+    /// Faces of the mesh per m² of ground; 0.05 to 30.
     pub density: f64,
     /// Slope of the ground, metres per metre; 0 to 0.5.
     pub slope: f64,
@@ -39,6 +43,8 @@ pub struct SynthParams {
     pub texture: bool,
     /// Strength of the defects of matching: 0 is none, 1 as measured on a real mesh.
     pub noise: f64,
+    /// How the pictures look.
+    pub look: Look,
     /// Side of a tile, metres; a multiple of 0.4 from 8 to 400.
     pub tile_size: f64,
     /// World coordinates of the local origin.
@@ -56,6 +62,7 @@ impl Default for SynthParams {
             slope: 0.05,
             texture: true,
             noise: 1.0,
+            look: Look::default(),
             tile_size: 80.0,
             origin: [85_000.0, 446_000.0, 0.0],
             crs: Crs::Epsg(7415),
@@ -68,10 +75,14 @@ impl SynthParams {
         let within = |name, value: f64, low: f64, high: f64, range| {
             if value >= low && value <= high { Ok(()) } else { Err(SynthError::Parameter { name, value, range }) }
         };
-        within("density", self.density, 0.1, 20.0, "0.1 to 20 faces per m²")?;
+        within("density", self.density, 0.05, 30.0, "0.05 to 30 faces per m²")?;
         within("slope", self.slope, 0.0, 0.5, "0 to 0.5")?;
         within("noise", self.noise, 0.0, 5.0, "0 to 5")?;
         within("tile_size", self.tile_size, 8.0, 400.0, "8 to 400 m")?;
+        self.look.check()?;
+        if let Source::Place(place) = &self.source {
+            within("side", place.side, 40.0, 1000.0, "40 to 1000 m")?;
+        }
         if let Source::Procedural { area_km2 } = self.source {
             within("area", area_km2, 1e-4, 100.0, "0.0001 to 100 km²")?;
         }

@@ -7,15 +7,20 @@ mod closed;
 mod cover_map;
 mod details;
 mod envelope;
+mod fabric;
 pub(crate) mod from_truth;
 mod gardens;
+mod growth;
 mod house;
+mod landform;
 mod layout;
 pub(crate) mod objects;
+pub(crate) mod place;
 mod plot;
 pub(crate) mod primitive;
 mod quarters;
 pub(crate) mod relief;
+pub(crate) mod site;
 pub(crate) mod solid;
 mod streets;
 mod surroundings;
@@ -23,11 +28,13 @@ mod surroundings;
 pub(crate) use layout::town;
 
 use crate::bins::Bins;
+use crate::sensing::faults::Faults;
 use building::SceneBuilding;
 use cover_map::CoverMap;
 use gable_geometry::{Box2, DVec2};
 use objects::{Clutter, Cover, Patch, Tree};
 use relief::Relief;
+use std::collections::BTreeSet;
 
 /// A city with everything known.
 pub struct Scene {
@@ -48,6 +55,12 @@ pub struct Scene {
     /// What covers the ground where no patch does; lawn if there is no map.
     covers: Option<CoverMap>,
     bins: [Bins; 4],
+    /// Faults of the mesh.
+    pub(crate) faults: Faults,
+    /// Buildings of which the mesh has less than half: no truth names them.
+    pub(crate) hidden: BTreeSet<usize>,
+    /// Whether the terrain of the truth needs a fine grid.
+    pub(crate) fine_ground: bool,
 }
 
 impl Scene {
@@ -68,7 +81,25 @@ impl Scene {
             boxes(clutter.iter().map(|c| Box2::of(c.plan.ring())).collect()),
             boxes(patches.iter().map(|p| Box2::of(p.plan.ring())).collect()),
         ];
-        Self { seed, extent, relief, buildings, trees, clutter, patches, covers, bins }
+        Self {
+            seed,
+            extent,
+            relief,
+            buildings,
+            trees,
+            clutter,
+            patches,
+            covers,
+            bins,
+            faults: Faults::default(),
+            hidden: BTreeSet::new(),
+            fine_ground: false,
+        }
+    }
+
+    /// The buildings that the truth names.
+    pub(crate) fn buildings_of_truth(&self) -> impl Iterator<Item = &SceneBuilding> {
+        self.buildings.iter().enumerate().filter(|(b, _)| !self.hidden.contains(b)).map(|(_, building)| building)
     }
 
     /// Indices of the buildings whose surroundings (1 m) touch a box, ascending.

@@ -4,8 +4,10 @@ pub(crate) mod columns;
 pub(crate) mod contour;
 pub(crate) mod decimate;
 pub(crate) mod defects;
+pub(crate) mod faults;
 pub(crate) mod field;
 pub(crate) mod horizon;
+pub(crate) mod refine;
 
 use gable_geometry::DVec3;
 

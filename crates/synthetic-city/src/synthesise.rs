@@ -3,9 +3,9 @@
 use crate::error::SynthError;
 use crate::output::{obj, truth};
 use crate::params::{Source, SynthParams, SynthProgress, SynthReport};
-use crate::scene::{Scene, case, from_truth, town};
-use crate::sensing::columns::Columns;
-use crate::sensing::{COLUMN, TriMesh, VOXEL, contour, decimate, defects, field};
+use crate::scene::{Scene, case, from_truth, place, town};
+use crate::sensing::columns::{Columns, NONE};
+use crate::sensing::{COLUMN, TriMesh, VOXEL, contour, decimate, defects, field, refine};
 use crate::texture::{atlas, paint::Painter, render};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -16,6 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// How far around a tile the scene is looked at for shadows and views, metres. What is higher than
 /// its surroundings by more has its horizon cut there.
 const MARGIN: f64 = 36.0;
+/// From this density on, faces per m², the voxels may have too few faces.
+const FINE: f64 = 20.0;
 /// Voxels around a tile's core.
 const RIM: i64 = 4;
 
@@ -28,6 +30,7 @@ pub fn scene(params: &SynthParams) -> Result<Scene, SynthError> {
     match &params.source {
         Source::Procedural { area_km2 } => Ok(town(params.seed, *area_km2, params.slope)),
         Source::Case(case) => Ok(case::scene(*case, params.seed, params.slope)),
+        Source::Place(place) => Ok(place::scene(place, params.seed, params.slope, params.look.season)),
         Source::Truth { model, repeat } => from_truth::scene(model, *repeat, params.seed, params.slope),
     }
 }
@@ -68,8 +71,8 @@ pub fn synthesise(
         tiles: tiles.len(),
         faces: results.iter().map(|r| r.faces).sum(),
         vertices: results.iter().map(|r| r.vertices).sum(),
-        buildings: scene.buildings.len(),
-        roof_faces: scene.buildings.iter().map(|b| b.roof.len()).sum(),
+        buildings: scene.buildings.len() - scene.hidden.len(),
+        roof_faces: scene.buildings_of_truth().map(|b| b.roof.len()).sum(),
         trees: scene.trees.len(),
         area: size.x * size.y,
         bytes: results.iter().map(|r| r.bytes).sum(),
@@ -114,7 +117,7 @@ pub fn mesh_of(params: &SynthParams) -> Result<TriMesh, SynthError> {
     let scene = scene(params)?;
     let mut all = TriMesh::default();
     for tile in tiles(&scene, params.tile_size) {
-        let (_, mesh) = sense_tile(&scene, params, &tile);
+        let (_, mesh, _) = sense_tile(&scene, params, &tile);
         let first = all.vertices.len() as u32;
         all.vertices.extend(mesh.vertices);
         all.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + first)));
@@ -122,7 +125,7 @@ pub fn mesh_of(params: &SynthParams) -> Result<TriMesh, SynthError> {
     Ok(all)
 }
 
-fn sense_tile(scene: &Scene, params: &SynthParams, tile: &Tile) -> (Columns, TriMesh) {
+fn sense_tile(scene: &Scene, params: &SynthParams, tile: &Tile) -> (Columns, TriMesh, Vec<bool>) {
     let [x0, x1, y0, y1] = tile.core;
     let margin = (MARGIN / COLUMN) as i64;
     let columns = Columns::sample(
@@ -134,16 +137,22 @@ fn sense_tile(scene: &Scene, params: &SynthParams, tile: &Tile) -> (Columns, Tri
     );
     let (nx, ny) = ((x1 - x0 + 2 * RIM) as usize, (y1 - y0 + 2 * RIM) as usize);
     let field = field::sense(&columns, params.seed, params.noise, x0 - RIM, y0 - RIM, nx, ny);
-    let fine = contour::surface(&field, tile.core);
+    let mut fine = contour::surface(&field, tile.core);
     let area = (x1 - x0) as f64 * (y1 - y0) as f64 * VOXEL * VOXEL;
-    let mut mesh = decimate::decimate(&fine, (area * params.density) as usize);
+    let wanted = (area * params.density) as usize;
+    // What the voxels have is enough up to here, and stays as it is.
+    if params.density > FINE {
+        refine::refine(&mut fine, wanted);
+    }
+    let mut mesh = decimate::decimate(&fine, wanted);
     if params.noise > 0.0 {
         defects::tear(&mut mesh, &field, &columns, params.seed);
         defects::spike_and_fold(&mut mesh, params.seed);
         defects::misplace(&mut mesh, params.seed, tile.ix, tile.iy);
         mesh.compact();
     }
-    (columns, mesh)
+    let plain = scene.faults.apply(&mut mesh);
+    (columns, mesh, plain)
 }
 
 fn make_tile(
@@ -153,9 +162,9 @@ fn make_tile(
     mesh_folder: &Path,
     truth_folder: &Path,
 ) -> Result<TileResult, SynthError> {
-    let (columns, mesh) = sense_tile(scene, params, tile);
+    let (columns, mesh, plain) = sense_tile(scene, params, tile);
     let name = obj::tile_name(tile.ix, tile.iy);
-    let painter = Painter::new(scene, &columns);
+    let painter = Painter::new(scene, &columns, params.look);
     let classes: Vec<u8> = (0..mesh.faces.len())
         .map(|f| {
             let [a, b, c] = mesh.corners(f);
@@ -163,11 +172,11 @@ fn make_tile(
         })
         .collect();
     let bytes = if params.texture {
-        let atlas = atlas::unwrap(&mesh);
+        let atlas = atlas::unwrap(&mesh, params.look.texel);
         let picture = render::render(&mesh, &atlas, &painter, params.seed);
-        obj::write_tile(mesh_folder, &name, &mesh, Some((&atlas, &picture)))?
+        obj::write_tile(mesh_folder, &name, &mesh, Some((&atlas, &picture)), &plain)?
     } else {
-        obj::write_tile(mesh_folder, &name, &mesh, None)?
+        obj::write_tile(mesh_folder, &name, &mesh, None, &plain)?
     };
     let labels = labels(scene, &columns, tile);
     truth::write_tile(truth_folder, &name, &labels, &classes)?;
@@ -186,7 +195,12 @@ fn labels(scene: &Scene, columns: &Columns, tile: &Tile) -> truth::Labels {
     for j in 0..height {
         for i in 0..width {
             let (ci, cj) = (i + (x0 - columns.x0) as usize, j + (y0 - columns.y0) as usize);
-            data.push(columns.label(scene, &columns.data[cj * columns.width + ci]) as u8);
+            let column = &columns.data[cj * columns.width + ci];
+            let label = columns.label(scene, column) as u8;
+            // Where the mesh has no surface of its own, nobody could tell more than that the ground goes on under what was filled.
+            let seen = scene.faults.has_surface(columns.centre(ci, cj));
+            let hidden = column.building != NONE && scene.hidden.contains(&(column.building as usize));
+            data.push(if seen && !hidden { label } else { truth::UNKNOWN });
         }
     }
     truth::Labels { x0, y0, width, height, data }

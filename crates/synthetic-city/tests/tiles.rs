@@ -85,7 +85,7 @@ fn parameters_out_of_range_are_refused_before_anything_is_written() {
     let out = folder.path().join("city");
     let params = SynthParams { density: 0.0, ..SynthParams::default() };
     let message = synthesise(&params, &out, &|_| {}).expect_err("density 0").to_string();
-    assert_eq!(message, "density is 0: it must be 0.1 to 20 faces per m²");
+    assert_eq!(message, "density is 0: it must be 0.05 to 30 faces per m²");
     assert!(!out.exists());
 }
 

@@ -277,7 +277,7 @@ The same arguments give the same bytes.";
 /// Arguments of `gable synth`.
 #[derive(Debug, Args)]
 #[command(after_help = SYNTH_HELP)]
-#[command(group(clap::ArgGroup::new("source").required(true).args(["procedural", "truth", "case"])))]
+#[command(group(clap::ArgGroup::new("source").required(true).args(["procedural", "truth", "case", "place"])))]
 pub(crate) struct SynthArgs {
     /// A town of procedural houses
     #[arg(long)]
@@ -288,6 +288,15 @@ pub(crate) struct SynthArgs {
     /// One small scene with a roof of a certain kind, such as hip or l-shape
     #[arg(long, value_name = "NAME")]
     pub(crate) case: Option<String>,
+    /// A place as real ones are: town, village, farm, campus, industry, high-rise, open; or any, of which everything is drawn, its look too
+    #[arg(long, value_name = "NAME")]
+    pub(crate) place: Option<String>,
+    /// What a place has besides, joined by commas, such as terraces, grove or rim
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "place")]
+    pub(crate) with: Vec<String>,
+    /// Side of the square of a place, metres
+    #[arg(long, value_name = "M", default_value_t = 160.0)]
+    pub(crate) side: f64,
     /// Folder for the mesh and its truth
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
@@ -315,6 +324,15 @@ pub(crate) struct SynthArgs {
     /// Write no textures
     #[arg(long)]
     pub(crate) no_texture: bool,
+    /// Edge of a texel, metres
+    #[arg(long, value_name = "M", default_value_t = 0.1)]
+    pub(crate) texel: f64,
+    /// Colour cast: gains of red, green and blue, joined by commas
+    #[arg(long, value_name = "R,G,B", value_delimiter = ',', default_values_t = [1.0, 1.0, 1.0])]
+    pub(crate) cast: Vec<f64>,
+    /// Season: spring, summer, drought, autumn, winter, snow
+    #[arg(long, value_name = "NAME", default_value = "summer")]
+    pub(crate) season: String,
     /// Print what was made as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -327,6 +345,8 @@ Examples:
   gable bench block --rows default,planes --tuning --json
   gable bench block --variants --grids --one-thread
   gable bench district --leave-out \"district:zhu2018=an hour of modelling\" --write tests/benchmarks
+  gable bench places --write tests/benchmarks
+  gable bench places --only terraces,rim --keep
   gable bench real --write tests/benchmarks
   gable bench real --only yard,farm --keep
   gable bench real --tuning --set segmentation.tree_weight=2
@@ -335,6 +355,9 @@ Scenes: house 0.01, block 0.048, district 1.38, city 12.2 km². Rows: default, z
 oracles, which are fed with truth: labels; footprints; planes (with footprints). What a stage loses is the
 difference between two rows. Every step is a process of its own, whose time and peak memory are told.
 
+The scene `places` stands for small places with what real ones have and the town has not, one row for each quarter, landform, kind of
+plants, material and fault of the mesh; a picture of each shows what is true and what was found.
+
 The scene `real` stands for all real meshes that scenes.json in the folder of --outlines names, as far as they are among the
 test data, against outlines drawn by hand; a picture of each shows what was drawn and what was found.";
 
@@ -342,7 +365,7 @@ test data, against outlines drawn by hand; a picture of each shows what was draw
 #[derive(Debug, Args)]
 #[command(after_help = BENCH_HELP)]
 pub(crate) struct BenchArgs {
-    /// Scenes: house, block, district, city; give at least one. Or real, which stands by itself
+    /// Scenes: house, block, district, city; give at least one. Or places or real, which stand by themselves
     #[arg(required = true)]
     pub(crate) scenes: Vec<String>,
     /// Rows, joined by commas; all if not given
@@ -384,7 +407,7 @@ pub(crate) struct BenchArgs {
     /// Keep scenes and results
     #[arg(long)]
     pub(crate) keep: bool,
-    /// Of real: these meshes, joined by commas; all if not given
+    /// Of real and places: these meshes or rows, joined by commas; all if not given
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) only: Vec<String>,
     /// Of real: the folder of the meshes

@@ -115,6 +115,12 @@ impl Outlines {
         Ok(all)
     }
 
+    /// Adds a polygon of a building.
+    pub(crate) fn add_building(&mut self, id: String, rings: Vec<Ring>) {
+        let building = Some(self.building(id));
+        self.outlines.push(Outline { class: OutlineClass::Building, building, rings });
+    }
+
     /// The number of a building, which is new if its name is.
     fn building(&mut self, id: String) -> usize {
         if let Some(known) = self.buildings.iter().position(|b| *b == id) {

@@ -1,9 +1,11 @@
 //! A real scene made ready for measuring: what a person says of each pixel, and the surface of the mesh there.
 
+use super::judged_objects::roofprint;
 use super::outlines::{Outline, OutlineClass, Outlines};
 use crate::Error;
 use crate::height_raster::{HeightRaster, NONE};
 use crate::region::Ring;
+use gable_city_model::CityModel;
 use gable_geometry::{Box2, DVec2, DVec3, dvec2};
 
 /// Edges of pixels, the finest that does not need more than [`MOST_PIXELS`], metres.
@@ -47,6 +49,66 @@ impl RealScene {
             [] => mesh,
             _ => Box2 { min: mesh.min.max(judged.min), max: mesh.max.min(judged.max) },
         };
+        let mut scene = Self::surface(outlines, bounds, triangles)?;
+        let Self { outlines, surface, known, polygon } = &mut scene;
+        for (number, outline) in outlines.outlines.iter().enumerate().filter(|o| o.1.class != OutlineClass::Area) {
+            fill(surface, &outline.rings, |at| {
+                known[at] = Known::Drawn(outline.class);
+                polygon[at] = if outline.building.is_some() { number as u32 } else { NONE };
+            });
+        }
+        let no_area = outlines.of_class(OutlineClass::Area).next().is_none();
+        let mut inside = vec![no_area; known.len()];
+        for area in outlines.of_class(OutlineClass::Area) {
+            fill(surface, &area.rings, |at| inside[at] = true);
+        }
+        for at in (0..known.len()).filter(|&at| !inside[at] || surface.tag[at] == NONE) {
+            (known[at], polygon[at]) = (Known::Nothing, NONE);
+        }
+        Ok(scene)
+    }
+
+    /// A made scene, of which everything is known: its buildings, and by `class` what is uppermost at each place of the frame of the mesh,
+    /// `None` where nothing is to be judged. Roofs end at the walls in `truth` and at the eaves in `class`: between the two, and where a
+    /// crown is over a roof, either answer is right.
+    ///
+    /// # Errors
+    /// If the mesh is empty, or too large.
+    pub fn made(
+        truth: &CityModel,
+        class: &dyn Fn(DVec2) -> Option<OutlineClass>,
+        triangles: &[[DVec3; 3]],
+    ) -> Result<Self, Error> {
+        let shift = DVec3::from_array(truth.origin);
+        let mut outlines = Outlines::default();
+        for building in &truth.buildings {
+            let rings: Vec<Ring> = roofprint(building, shift).rings().cloned().collect();
+            outlines.add_building(building.id.clone(), rings);
+        }
+        let bounds = Box2::of(triangles.iter().flatten().map(|p| p.truncate()));
+        let mut scene = Self::surface(outlines, bounds, triangles)?;
+        let Self { outlines, surface, polygon, .. } = &mut scene;
+        for (number, outline) in outlines.outlines.iter().enumerate() {
+            fill(surface, &outline.rings, |at| polygon[at] = number as u32);
+        }
+        for at in 0..scene.known.len() {
+            let class = if scene.surface.tag[at] == NONE { None } else { class(scene.centre(at)) };
+            let roof = scene.polygon[at] != NONE;
+            scene.known[at] = match class {
+                None => Known::Nothing,
+                Some(OutlineClass::Building) if roof => Known::Drawn(OutlineClass::Building),
+                Some(other) if !roof && other != OutlineClass::Building => Known::Drawn(other),
+                Some(_) => Known::Drawn(OutlineClass::Unsure),
+            };
+            if scene.known[at] != Known::Drawn(OutlineClass::Building) {
+                scene.polygon[at] = NONE;
+            }
+        }
+        Ok(scene)
+    }
+
+    /// The surface of a mesh; nothing is drawn yet.
+    fn surface(outlines: Outlines, bounds: Box2, triangles: &[[DVec3; 3]]) -> Result<Self, Error> {
         if bounds.is_empty() {
             return Err(Error::Apart);
         }
@@ -56,21 +118,7 @@ impl RealScene {
         for (number, triangle) in triangles.iter().enumerate() {
             surface.draw(*triangle, number as u32);
         }
-        let mut known = vec![Known::NotDrawn; surface.tag.len()];
-        let mut polygon = vec![NONE; known.len()];
-        for (number, outline) in outlines.outlines.iter().enumerate().filter(|o| o.1.class != OutlineClass::Area) {
-            fill(&surface, &outline.rings, |at| {
-                known[at] = Known::Drawn(outline.class);
-                polygon[at] = if outline.building.is_some() { number as u32 } else { NONE };
-            });
-        }
-        let mut inside = vec![areas.is_empty(); known.len()];
-        for area in areas {
-            fill(&surface, &area.rings, |at| inside[at] = true);
-        }
-        for at in (0..known.len()).filter(|&at| !inside[at] || surface.tag[at] == NONE) {
-            (known[at], polygon[at]) = (Known::Nothing, NONE);
-        }
+        let (known, polygon) = (vec![Known::NotDrawn; surface.tag.len()], vec![NONE; surface.tag.len()]);
         Ok(Self { outlines, surface, known, polygon })
     }
 
@@ -197,6 +245,44 @@ pub(crate) mod tests {
         assert!((scene.area(200) - 2.0).abs() < 1e-12);
         let (_, centre, top) = scene.tops().last().unwrap();
         assert!((centre - dvec2(5.95, 3.95)).length() < 1e-9 && top < 2);
+    }
+
+    #[test]
+    fn of_a_made_scene_all_is_known_but_what_eaves_and_crowns_hide() {
+        use gable_city_model::{Attributes, Building, Face, Lods, Semantic, Shell};
+        let corners = [(2.0, 2.0), (6.0, 2.0), (6.0, 6.0), (2.0, 6.0)];
+        let roof = Shell {
+            vertices: corners.map(|(x, y)| dvec2(x, y).extend(3.0)).to_vec(),
+            faces: vec![Face {
+                rings: vec![vec![0, 1, 2, 3]],
+                semantic: Semantic::RoofSurface,
+                attributes: Attributes::new(),
+            }],
+        };
+        let lods = Lods { roof_edge: Some(roof), ..Lods::default() };
+        let building = Building { id: "a".to_owned(), attributes: Attributes::new(), lods };
+        let truth = CityModel {
+            title: String::new(),
+            origin: [100.0, 0.0, 0.0],
+            crs: gable_geometry::Crs::Unknown,
+            buildings: vec![building],
+            terrain: None,
+        };
+        // The roof with an eave of a metre in the east; a crown over its western metre; a hole in the north.
+        let class = |p: DVec2| match () {
+            () if p.y > 8.0 => None,
+            () if (102.0..103.0).contains(&p.x) => Some(OutlineClass::Tree),
+            () if (103.0..107.0).contains(&p.x) && (2.0..6.0).contains(&p.y) => Some(OutlineClass::Building),
+            () => Some(OutlineClass::Ground),
+        };
+        let scene = RealScene::made(&truth, &class, &slab([100.0, 0.0, 110.0, 10.0], 1.0, 0.0)).unwrap();
+        let area = |what: Known| scene.area(scene.known.iter().filter(|k| **k == what).count()).round();
+        assert_eq!(area(Known::Drawn(OutlineClass::Building)), 12.0);
+        assert_eq!(area(Known::Drawn(OutlineClass::Unsure)), 4.0 + 4.0);
+        assert_eq!(area(Known::Drawn(OutlineClass::Tree)), 4.0);
+        assert_eq!((area(Known::Nothing), area(Known::NotDrawn)), (20.0, 0.0));
+        assert_eq!(scene.polygon.iter().filter(|p| **p == 0).count(), 1200);
+        assert!(matches!(RealScene::made(&truth, &class, &[]), Err(Error::Apart)));
     }
 
     #[test]

@@ -35,12 +35,13 @@ pub(crate) fn write_metadata(folder: &Path, origin: [f64; 3], crs: &Crs) -> Resu
     fs::write(&path, text).map_err(SynthError::io(path))
 }
 
-/// Writes a tile; returns the bytes written.
+/// Writes a tile; returns the bytes written. Faces that are `plain` have a material without texture.
 pub(crate) fn write_tile(
     folder: &Path,
     name: &str,
     mesh: &TriMesh,
     texture: Option<(&Atlas, &Picture)>,
+    plain: &[bool],
 ) -> Result<u64, SynthError> {
     let folder: PathBuf = folder.join("Data").join(name);
     fs::create_dir_all(&folder).map_err(SynthError::io(&folder))?;
@@ -57,13 +58,15 @@ pub(crate) fn write_tile(
                 text.line(&format!("f {} {} {}", f[0] + 1, f[1] + 1, f[2] + 1));
             }
         }
-        Some((atlas, _)) => textured_faces(&mut text, name, mesh, atlas),
+        Some((atlas, _)) => textured_faces(&mut text, name, mesh, atlas, plain),
     }
     let mut total = text.bytes.len() as u64;
     let path = folder.join(format!("{name}.obj"));
     fs::write(&path, &text.bytes).map_err(SynthError::io(path))?;
     if let Some((_, picture)) = texture {
         let material = format!("newmtl {name}_0\nKa 1 1 1\nKd 1 1 1\nd 1\nNs 0\nillum 1\nmap_Kd {name}_0.jpg\n");
+        let filled = format!("newmtl {name}_1\nKa 1 1 1\nKd 0.42 0.42 0.42\nd 1\nNs 0\nillum 1\n");
+        let material = if plain.contains(&true) { material + &filled } else { material };
         let path = folder.join(format!("{name}.mtl"));
         fs::write(&path, material).map_err(SynthError::io(path))?;
         total += write_jpg(&folder.join(format!("{name}_0.jpg")), picture)?;
@@ -71,7 +74,7 @@ pub(crate) fn write_tile(
     Ok(total)
 }
 
-fn textured_faces(text: &mut Text, name: &str, mesh: &TriMesh, atlas: &Atlas) {
+fn textured_faces(text: &mut Text, name: &str, mesh: &TriMesh, atlas: &Atlas, plain: &[bool]) {
     let (w, h) = (atlas.width as f64, atlas.height as f64);
     // A texture vertex for each vertex of each chart; charts are numbered from 1 so that 0 means none.
     let mut own: Vec<(u32, u32)> = vec![(0, 0); mesh.vertices.len()];
@@ -99,8 +102,14 @@ fn textured_faces(text: &mut Text, name: &str, mesh: &TriMesh, atlas: &Atlas) {
     text.line(&format!("usemtl {name}_0"));
     let mut sorted: Vec<u32> = (0..order.len() as u32).collect();
     sorted.sort_unstable_by_key(|&i| order[i as usize]);
+    let mut material = 0;
     for i in sorted {
         let f = faces[i as usize];
+        let wanted = u8::from(plain.get(order[i as usize] as usize) == Some(&true));
+        if material != wanted {
+            material = wanted;
+            text.line(&format!("usemtl {name}_{material}"));
+        }
         text.line(&format!("f {}/{} {}/{} {}/{}", f[0], f[1], f[2], f[3], f[4], f[5]));
     }
 }

@@ -27,8 +27,12 @@ use std::path::Path;
 /// Grid of the terrain, metres.
 const TERRAIN_STEP: f64 = 1.0;
 
-/// Grid of the terrain's triangles, metres.
+/// Grid of the terrain's triangles, metres; the fine one where the ground has steps.
 const TIN_STEP: f64 = 5.0;
+const FINE_STEP: f64 = 0.5;
+
+/// In label pictures: the mesh has no surface of its own there, or one that does not tell.
+pub(crate) const UNKNOWN: u8 = 255;
 
 /// Writes everything that does not belong to a tile.
 pub(crate) fn write_scene(
@@ -100,28 +104,29 @@ fn write_buildings(folder: &Path, scene: &Scene, origin: [f64; 3], crs: &Crs) ->
     let path = folder.join("truth.city.jsonl");
     let wrong = |reason: String| SynthError::Truth { path: path.clone(), reason };
     let out = BufWriter::new(File::create(&path).map_err(SynthError::io(&path))?);
-    let corners = || scene.buildings.iter().flat_map(|b| &b.truth.lods.lod2).flat_map(|s| &s.vertices);
+    let corners = || scene.buildings_of_truth().flat_map(|b| &b.truth.lods.lod2).flat_map(|s| &s.vertices);
     let extent = corners().fold(None, |extent: Option<(DVec3, DVec3)>, &p| {
         Some(extent.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
     });
     let header = Header { title: "Synthetic city".to_owned(), origin, crs: crs.clone(), extent };
     let mut writer = SeqWriter::new(out, &header).map_err(|e| wrong(e.to_string()))?;
     writer.write_terrain(&tin(scene)).map_err(|e| wrong(e.to_string()))?;
-    for building in &scene.buildings {
+    for building in scene.buildings_of_truth() {
         writer.write_building(&building.truth).map_err(|e| wrong(e.to_string()))?;
     }
     let mut out = writer.finish().map_err(|e| wrong(e.to_string()))?;
     out.flush().map_err(SynthError::io(&path))
 }
 
-/// The bare ground as triangles over a grid; flat to within 2 cm between its nodes, but for the edges of water.
+/// The bare ground as triangles over a grid; flat to within 2 cm between its nodes, but for the edges of water and steps.
 fn tin(scene: &Scene) -> Terrain {
     let size = scene.extent.size();
-    let (nx, ny) = ((size.x / TIN_STEP).ceil() as u32 + 1, (size.y / TIN_STEP).ceil() as u32 + 1);
+    let step = if scene.fine_ground { FINE_STEP } else { TIN_STEP };
+    let (nx, ny) = ((size.x / step).ceil() as u32 + 1, (size.y / step).ceil() as u32 + 1);
     let mut terrain = Terrain { id: "terrain".to_owned(), ..Terrain::default() };
     for j in 0..ny {
         for i in 0..nx {
-            let p = (scene.extent.min + dvec2(f64::from(i), f64::from(j)) * TIN_STEP).min(scene.extent.max);
+            let p = (scene.extent.min + dvec2(f64::from(i), f64::from(j)) * step).min(scene.extent.max);
             terrain.vertices.push(p.extend(scene.ground(p)));
             if i + 1 < nx && j + 1 < ny {
                 let k = j * nx + i;

@@ -132,8 +132,14 @@ impl Builder {
             Species::Conifer => (between(6.0, 17.0), c.range(0.17, 0.24)),
             Species::Poplar => (between(9.0, 18.0), c.range(0.1, 0.14)),
             Species::Fruit => (between(2.4, 5.0), c.range(0.35, 0.5)),
+            Species::Palm => (between(4.0, 14.0), 3.4 / between(4.0, 14.0) * c.range(0.6, 1.0)),
+            Species::Banana => (between(2.5, 6.0), c.range(0.3, 0.5)),
         };
-        let clear = if species == Species::Conifer { 0.8 } else { height * c.range(0.18, 0.3) };
+        let clear = match species {
+            Species::Conifer => 0.8,
+            Species::Palm => (height - c.range(1.2, 2.2)).max(1.0),
+            _ => height * c.range(0.18, 0.3),
+        };
         let ground = self.relief.height(place);
         self.trees.push(Tree { place, ground, height, radius: height * ratio, clear, species, seed: c.bits() });
     }

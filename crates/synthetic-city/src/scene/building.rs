@@ -22,6 +22,10 @@ pub enum Covering {
     Gravel,
     /// Sedum and grass.
     Green,
+    /// Corrugated sheets: steel, some painted, some rusty; fibre cement.
+    Corrugated,
+    /// Glass in frames.
+    Glass,
 }
 
 /// Colours and details of a building that are no part of its truth.

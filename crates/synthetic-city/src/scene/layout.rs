@@ -20,6 +20,14 @@ pub(crate) fn town(seed: u64, area_km2: f64, slope: f64) -> Scene {
     let side = (area_km2.sqrt() * 1000.0 / 0.4).round() * 0.4;
     let extent = Box2 { min: DVec2::ZERO, max: DVec2::splat(side) };
     let mut town = Builder::new(seed, extent, slope);
+    build_town(&mut town);
+    town.finish()
+}
+
+/// Builds a town on the square of a builder.
+pub(crate) fn build_town(town: &mut Builder) {
+    let (seed, extent) = (town.seed, town.extent);
+    let side = extent.size().x;
     let mut c = Counter::keyed(seed, &[1]);
     let axis = DVec2::from_angle(c.range(0.0, 90.0).to_radians());
     let reach = side / 2.0 * (axis.x.abs() + axis.y.abs()) + 6.0;
@@ -39,19 +47,18 @@ pub(crate) fn town(seed: u64, area_km2: f64, slope: f64) -> Scene {
             let here = bins.touching(&Box2 { min: p, max: p });
             here.into_iter().any(|k| k != n && network.streets[k].plan.contains(p))
         };
-        along_street(&mut town, street, &others, &mut Counter::keyed(seed, &[2, n as i64]));
+        along_street(town, street, &others, &mut Counter::keyed(seed, &[2, n as i64]));
     }
     for (n, (ring, _)) in network.blocks.into_iter().enumerate() {
         if Box2::of(ring.iter().copied()).intersects(&extent) {
-            fill(&mut town, ring, &mut Counter::keyed(seed, &[3, n as i64]));
+            fill(town, ring, &mut Counter::keyed(seed, &[3, n as i64]));
         }
     }
-    trees_at_walls(&mut town);
+    trees_at_walls(town);
     let inside = town.extent.grown(-1.0);
     town.trees.retain(|t| inside.contains(t.place));
     town.clutter.retain(|t| inside.contains(t.plan.centre));
-    nothing_in_water(&mut town);
-    town.finish()
+    nothing_in_water(town);
 }
 
 /// Cars, trees and water of a street; nothing stands where another street meets it.

@@ -19,6 +19,17 @@ pub enum Species {
     Poplar,
     /// A small low ball.
     Fruit,
+    /// Fronds around the top of a bare trunk.
+    Palm,
+    /// A tuft of large leaves.
+    Banana,
+}
+
+impl Species {
+    /// Whether it keeps its leaves and their colour in every season.
+    pub(crate) fn is_evergreen(self) -> bool {
+        matches!(self, Self::Conifer | Self::Palm | Self::Banana)
+    }
 }
 
 /// A tree.
@@ -64,6 +75,16 @@ impl Tree {
             }
             Species::Conifer => (self.clear, self.clear + depth * (1.0 - rho).powf(0.9)),
             Species::Poplar => (self.clear, self.clear + depth * (1.0 - rho.powi(4)).powf(0.7)),
+            Species::Palm | Species::Banana => {
+                let fronds = if self.species == Species::Palm { 4.5 } else { 2.5 };
+                let turn = (self.seed % 628) as f64 / 100.0;
+                let frond = ((p - self.place).to_angle() * fronds + turn).sin().abs();
+                if rho > 0.35 + 0.65 * frond {
+                    return None;
+                }
+                let top = self.height - 0.55 * depth * rho * rho;
+                (top - 0.4 * depth * (1.0 - rho) - 0.3, top)
+            }
         };
         let rough = 0.55 * bump * (1.0 - 0.5 * rho) + 0.35 * branch;
         let low = (low + 0.4 * branch).max(0.6);
@@ -91,15 +112,40 @@ pub enum Thing {
     Balcony,
     /// A blob in the air that matching invents.
     Floater,
+    /// The deck of a bridge: it hangs over what is below.
+    Bridge,
+    /// An open frame of beams on posts.
+    Pergola,
+    /// A cloth on poles.
+    Tarpaulin,
+    /// A container, a trailer, a tank on the ground.
+    Container,
+    /// Hay, silage, gravel, waste; some under a sheet.
+    Heap,
+    /// A row of crops.
+    Crop,
+    /// A bush on a roof.
+    Bush,
 }
 
 impl Thing {
     /// Whether it stands on a building.
     #[must_use]
     pub fn on_building(self) -> bool {
-        matches!(self, Self::Chimney | Self::Dormer | Self::Plant | Self::Balcony)
+        matches!(self, Self::Chimney | Self::Dormer | Self::Plant | Self::Balcony | Self::Bush)
+    }
+
+    /// Whether it hangs over the ground with free space below.
+    pub(crate) fn is_canopy(self) -> bool {
+        matches!(self, Self::Bridge | Self::Pergola | Self::Tarpaulin)
     }
 }
+
+/// Crops up to this height are low plants, higher ones are labelled as trees, metres.
+const LOW_CROP: f64 = 1.0;
+/// Width and distance of the beams of a pergola, metres.
+const BEAM: f64 = 0.25;
+const BEAMS: f64 = 0.8;
 
 /// A box-like thing.
 #[derive(Clone, Copy, Debug)]
@@ -135,8 +181,35 @@ impl Clutter {
                 let round = (1.0 - (s * s + t * t) * 0.8).max(0.0);
                 self.low + height * round
             }
+            Thing::Heap => {
+                let round = (1.0 - s * s * s * s).max(0.0) * (1.0 - t * t).max(0.0);
+                self.low + height * round.sqrt() * (0.85 + 0.15 * noise2(self.seed, 1.7, p.x, p.y))
+            }
+            Thing::Crop | Thing::Bush => {
+                let round = (1.0 - s * s * s * s * t * t).max(0.0);
+                self.low + height * round * (0.8 + 0.25 * noise2(self.seed, 0.8, p.x, p.y))
+            }
+            Thing::Pergola => {
+                let along = s * self.plan.half_length;
+                let across = t * self.plan.half_width;
+                let beam = along.rem_euclid(BEAMS) < BEAM || self.plan.half_width - across.abs() < BEAM;
+                return beam.then_some(self.high);
+            }
+            Thing::Tarpaulin => self.high - 0.3 * (1.0 - (1.0 - s * s) * (1.0 - t * t)),
             _ => self.high,
         })
+    }
+}
+
+impl Clutter {
+    /// Whether it is a row of plants that is too low to be labelled as a tree.
+    pub(crate) fn is_low_crop(&self) -> bool {
+        self.thing == Thing::Crop && self.high - self.low < LOW_CROP
+    }
+
+    /// Whether it is labelled as a tree.
+    pub(crate) fn is_plant(&self) -> bool {
+        self.thing == Thing::Hedge || (self.thing == Thing::Crop && !self.is_low_crop())
     }
 }
 
@@ -157,6 +230,21 @@ pub enum Cover {
     Parking,
     /// Water, level: it mirrors, so matching finds holes and waves in it.
     Water,
+    /// A field with low plants in rows.
+    Field,
+    /// A field after the harvest or the plough.
+    Ploughed,
+    /// Weeds and low shrubs.
+    Thicket,
+    /// Slabs of concrete.
+    Concrete,
+}
+
+impl Cover {
+    /// Whether it is labelled as grass.
+    pub(crate) fn is_grass(self) -> bool {
+        matches!(self, Self::Grass | Self::Field | Self::Thicket)
+    }
 }
 
 /// A piece of ground cover; later ones lie over earlier ones.

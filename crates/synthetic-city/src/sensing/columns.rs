@@ -4,8 +4,9 @@
 //! ground with what stands on it, one slab (eave, balcony) and one crown.
 
 use super::COLUMN;
-use crate::noise::{hash, unit};
+use crate::noise::{hash, noise2, unit};
 use crate::scene::Scene;
+use crate::scene::building::Covering;
 use crate::scene::objects::{Cover, Thing};
 use gable_geometry::{Box2, DVec2, DVec3, dvec2, ring_contains};
 
@@ -35,6 +36,8 @@ pub(crate) enum Slab {
     Eave,
     Balcony,
     Floater,
+    /// A bridge, a pergola, a cloth: no building.
+    Canopy,
 }
 
 /// A column.
@@ -55,6 +58,8 @@ pub(crate) struct Column {
     /// Clutter at the top of the solid.
     pub(crate) clutter: u32,
     pub(crate) patch: u32,
+    /// Clutter that is the slab.
+    pub(crate) canopy: u32,
 }
 
 impl Column {
@@ -99,6 +104,7 @@ impl Columns {
             tree: NONE,
             clutter: NONE,
             patch: NONE,
+            canopy: NONE,
         };
         let mut columns = Self { x0, y0, width, height, data: vec![empty; width * height] };
         columns.ground(scene);
@@ -110,6 +116,7 @@ impl Columns {
         for b in scene.buildings_in(&window) {
             columns.parapet(scene, b);
             columns.eaves(scene, b);
+            columns.glass(scene, b);
         }
         for t in scene.clutter_in(&window) {
             columns.clutter(scene, t);
@@ -170,18 +177,19 @@ impl Columns {
         self.data = data;
     }
 
-    /// The relief is smooth: it is computed at every eighth column of an absolute lattice and interpolated.
+    /// The relief is smooth: it is computed at every eighth column of an absolute lattice and interpolated; forms on it are not.
     fn ground(&mut self, scene: &Scene) {
         const EVERY: i64 = 8;
         let (i0, j0) = (self.x0.div_euclid(EVERY), self.y0.div_euclid(EVERY));
         let nx = ((self.x0 + self.width as i64).div_euclid(EVERY) - i0 + 2) as usize;
         let ny = ((self.y0 + self.height as i64).div_euclid(EVERY) - j0 + 2) as usize;
         let pitch = EVERY as f64 * COLUMN;
+        let formed = scene.relief.has_forms();
         let mut coarse = Vec::with_capacity(nx * ny);
         for j in 0..ny {
             for i in 0..nx {
                 let p = dvec2((i0 + i as i64) as f64, (j0 + j as i64) as f64) * pitch;
-                coarse.push(scene.relief.height(p) as f32);
+                coarse.push(scene.relief.smooth(p) as f32);
             }
         }
         for j in 0..self.height {
@@ -192,7 +200,11 @@ impl Columns {
                 let at = |di: usize, dj: usize| coarse[(b + dj) * nx + a + di];
                 let low = at(0, 0) * (1.0 - u) + at(1, 0) * u;
                 let high = at(0, 1) * (1.0 - u) + at(1, 1) * u;
-                let z = low * (1.0 - v) + high * v;
+                let smooth = low * (1.0 - v) + high * v;
+                let z = match formed {
+                    true => scene.relief.formed(self.centre(i, j), f64::from(smooth)) as f32,
+                    false => smooth,
+                };
                 let column = &mut self.data[j * self.width + i];
                 column.ground = z;
                 column.solid = z;
@@ -277,6 +289,21 @@ impl Columns {
         }
     }
 
+    /// Matching looks through glass here and there, down to the floor: the surface that it finds sinks in.
+    fn glass(&mut self, scene: &Scene, b: usize) {
+        let building = &scene.buildings[b];
+        if building.style.covering != Covering::Glass {
+            return;
+        }
+        let deepest = 0.25 + 0.7 * unit(hash(building.seed ^ 0x61a5, 0, 0, 0));
+        self.each(&building.bounds.grown(0.5), |p, column| {
+            if column.building == b as u32 && column.slab_kind == Slab::None {
+                let seen_through = (0.35 + 1.3 * noise2(building.seed ^ 0x61a6, 4.5, p.x, p.y)).clamp(0.0, 1.0);
+                column.solid -= (deepest * seen_through) as f32 * (column.solid - column.ground);
+            }
+        });
+    }
+
     /// Slabs of 0.25 m that continue the roof beyond the walls, where no other building stands.
     fn eaves(&mut self, scene: &Scene, b: usize) {
         let building = &scene.buildings[b];
@@ -328,6 +355,13 @@ impl Columns {
                 if column.slab_kind == Slab::Balcony {
                     column.slab.0 = column.slab.0.min(thing.low as f32);
                     column.slab.1 = column.slab.1.max(top);
+                }
+                return;
+            }
+            if thing.thing.is_canopy() {
+                if column.slab_kind == Slab::None && column.building == NONE {
+                    column.slab = (thing.low as f32, top);
+                    (column.slab_kind, column.canopy) = (Slab::Canopy, n as u32);
                 }
                 return;
             }
@@ -393,13 +427,19 @@ impl Columns {
         if column.crown.1 > column.solid.max(slab) {
             return Class::Tree;
         }
+        if column.slab_kind == Slab::Canopy && slab > column.solid {
+            return Class::Clutter;
+        }
         if slab > column.solid || column.is_built() {
             return Class::Building;
         }
-        if column.clutter != NONE {
-            let hedge = scene.clutter[column.clutter as usize].thing == Thing::Hedge;
-            return if hedge { Class::Tree } else { Class::Clutter };
+        if let Some(thing) = scene.clutter.get(column.clutter as usize) {
+            return match thing {
+                plant if plant.is_plant() => Class::Tree,
+                crop if crop.is_low_crop() => Class::Grass,
+                _ => Class::Clutter,
+            };
         }
-        if column.cover == Cover::Grass { Class::Grass } else { Class::Ground }
+        if column.cover.is_grass() { Class::Grass } else { Class::Ground }
     }
 }

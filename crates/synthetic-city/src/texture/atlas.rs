@@ -7,8 +7,6 @@ use crate::sensing::TriMesh;
 use gable_geometry::{DVec2, DVec3, dvec2};
 use std::collections::BTreeMap;
 
-/// Size of a texel, metres.
-pub(crate) const TEXEL: f64 = 0.1;
 /// Faces whose normal has a smaller |z| are steep.
 const STEEP: f64 = 0.42;
 /// Texels left free around a chart.
@@ -24,6 +22,8 @@ pub(crate) struct Chart {
     size: (usize, usize),
     /// Texel of the picture where the chart begins.
     at: (usize, usize),
+    /// Edge of a texel, metres.
+    texel: f64,
 }
 
 impl Chart {
@@ -35,7 +35,7 @@ impl Chart {
     /// Texel coordinates (x right, y down) of a place.
     pub(crate) fn texel(&self, p: DVec3) -> DVec2 {
         let flat = project(self.side, p);
-        let local = (flat - self.low) / TEXEL;
+        let local = (flat - self.low) / self.texel;
         dvec2(self.at.0 as f64 + local.x, (self.at.1 + self.size.1) as f64 - local.y)
     }
 }
@@ -54,8 +54,8 @@ pub(crate) struct Atlas {
     pub(crate) height: usize,
 }
 
-/// Cuts the mesh into charts and packs them.
-pub(crate) fn unwrap(mesh: &TriMesh) -> Atlas {
+/// Cuts the mesh into charts with texels of the given edge, metres, and packs them.
+pub(crate) fn unwrap(mesh: &TriMesh, texel: f64) -> Atlas {
     let sides: Vec<Option<u8>> = (0..mesh.faces.len()).map(|f| side(mesh.area_normal(f))).collect();
     let mut charts: Vec<Chart> = components(mesh, &sides)
         .into_iter()
@@ -68,9 +68,9 @@ pub(crate) fn unwrap(mesh: &TriMesh) -> Atlas {
                     high = high.max(project(side, p));
                 }
             }
-            let low = (low / TEXEL).floor() * TEXEL - GAP as f64 * TEXEL;
-            let texels = |from: f64, to: f64| ((to - from) / TEXEL).ceil() as usize + GAP;
-            Chart { faces, side, low, size: (texels(low.x, high.x), texels(low.y, high.y)), at: (0, 0) }
+            let low = (low / texel).floor() * texel - GAP as f64 * texel;
+            let texels = |from: f64, to: f64| ((to - from) / texel).ceil() as usize + GAP;
+            Chart { faces, side, low, size: (texels(low.x, high.x), texels(low.y, high.y)), at: (0, 0), texel }
         })
         .collect();
     let widest = charts.iter().map(|c| c.size.0).max().unwrap_or(1);
@@ -149,7 +149,7 @@ mod tests {
         let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
         let faces = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
         let mesh = TriMesh { vertices: (0..8).map(p).collect(), faces };
-        let atlas = unwrap(&mesh);
+        let atlas = unwrap(&mesh, 0.1);
         assert_eq!(atlas.charts.len(), 5);
         for (n, a) in atlas.charts.iter().enumerate() {
             let (x, y) = a.at;

@@ -1,10 +1,10 @@
 //! What the cameras would have seen at a place of the mesh: material, light, shadow.
 
 use super::patterns::{self, Rgb, blend, scale};
-use crate::noise::{hash, noise2, unit};
+use crate::look::Look;
+use crate::noise::{hash, lattice_unit, noise2, unit};
 use crate::scene::Scene;
 use crate::scene::building::{Rim, SceneBuilding};
-use crate::scene::objects::{Cover, Thing};
 use crate::sensing::COLUMN;
 use crate::sensing::columns::{Class, Column, Columns, NONE, Slab};
 use crate::sensing::horizon::{Heights, directed_horizon};
@@ -30,6 +30,7 @@ enum Surface {
     Thing,
     Eave,
     Balcony,
+    Canopy,
 }
 
 /// Paints places of one tile.
@@ -40,10 +41,11 @@ pub(crate) struct Painter<'a> {
     sun: Vec<f32>,
     /// For each column the building and the number of the rim that is nearest, within [`NEAR`].
     rims: Vec<(u32, u32)>,
+    look: Look,
 }
 
 impl<'a> Painter<'a> {
-    pub(crate) fn new(scene: &'a Scene, columns: &'a Columns) -> Self {
+    pub(crate) fn new(scene: &'a Scene, columns: &'a Columns, look: Look) -> Self {
         let top = Heights {
             width: columns.width,
             height: columns.height,
@@ -52,7 +54,7 @@ impl<'a> Painter<'a> {
         let ground = SUN.truncate().length();
         let direction = [(SUN.x / ground) as f32, (SUN.y / ground) as f32];
         let sun = directed_horizon(&top, direction, (SUN.z / ground) as f32, COLUMN as f32);
-        Self { scene, columns, sun, rims: nearest_rims(scene, columns) }
+        Self { scene, columns, sun, rims: nearest_rims(scene, columns), look }
     }
 
     /// Class of the object that a face of the mesh stands for.
@@ -61,15 +63,17 @@ impl<'a> Painter<'a> {
         match surface {
             Surface::Leaves => Class::Tree,
             Surface::Roof | Surface::Facade | Surface::Eave | Surface::Balcony => Class::Building,
-            Surface::Thing => match self.scene.clutter[column.clutter as usize].thing {
-                Thing::Hedge => Class::Tree,
-                thing if thing.on_building() => Class::Building,
+            Surface::Canopy => Class::Clutter,
+            Surface::Thing => match &self.scene.clutter[column.clutter as usize] {
+                plant if plant.is_plant() => Class::Tree,
+                crop if crop.is_low_crop() => Class::Grass,
+                part if part.thing.on_building() => Class::Building,
                 _ => Class::Clutter,
             },
             Surface::Ground if column.slab_kind == Slab::Floater && p.z > f64::from(column.solid) + 0.8 => {
                 Class::Clutter
             }
-            Surface::Ground if column.cover == Cover::Grass => Class::Grass,
+            Surface::Ground if column.cover.is_grass() => Class::Grass,
             Surface::Ground => Class::Ground,
         }
     }
@@ -80,24 +84,27 @@ impl<'a> Painter<'a> {
         let scene = self.scene;
         let q = p.truncate();
         let building = scene.buildings.get(column.building as usize);
+        let season = self.look.season;
         let mut light = normal;
         let mut albedo = match surface {
             Surface::Ground => {
                 light = DVec3::Z;
-                patterns::ground(scene.seed, column.cover, scene.patches.get(column.patch as usize), q)
+                let patch = scene.patches.get(column.patch as usize);
+                season.ground(column.cover, patterns::ground(scene.seed, column.cover, patch, q))
             }
             Surface::Leaves => match scene.trees.get(column.tree as usize) {
                 Some(tree) => {
                     let away = (p - tree.place.extend(tree.ground + 0.55 * tree.height)).normalize_or(DVec3::Z);
                     light = (away + 0.6 * normal).normalize_or(DVec3::Z);
-                    patterns::leaves(tree, p)
+                    season.leaves(tree.species, lattice_unit(tree.seed, 5, 6, 7), patterns::leaves(tree, p))
                 }
                 None => [80.0, 100.0, 50.0],
             },
             Surface::Roof | Surface::Eave => match building {
                 Some(b) => {
                     light = b.roof.get(column.face as usize).map_or(normal, |f| f.plane.normal());
-                    self.edge_leak(b, column.building, q, patterns::roof(b, column.face as usize, q))
+                    let roof = season.roof(patterns::roof(b, column.face as usize, q));
+                    self.edge_leak(b, column.building, q, roof)
                 }
                 None => [150.0, 150.0, 150.0],
             },
@@ -110,6 +117,13 @@ impl<'a> Painter<'a> {
                 }
                 None => [170.0, 165.0, 158.0],
             },
+            Surface::Canopy => match scene.clutter.get(column.canopy as usize) {
+                Some(canopy) => {
+                    light = DVec3::Z;
+                    patterns::canopy(canopy, p)
+                }
+                None => [150.0, 150.0, 150.0],
+            },
             Surface::Thing => {
                 patterns::thing(building, &scene.clutter[column.clutter as usize], p, normal.z.abs() < 0.5)
             }
@@ -121,7 +135,8 @@ impl<'a> Painter<'a> {
         let lit = f64::from(self.lit(before)) * light.dot(SUN).max(0.0);
         let sky = 0.5 + 0.14 * light.z;
         let shine = [sky * 0.94 + 0.66 * lit, sky * 0.98 + 0.62 * lit, sky * 1.06 + 0.55 * lit];
-        self.developed(std::array::from_fn(|k| albedo[k] * image[k] * shine[k] as f32))
+        let seen = self.developed(std::array::from_fn(|k| albedo[k] * image[k] * shine[k] as f32));
+        std::array::from_fn(|k| seen[k] * self.look.cast[k] as f32)
     }
 
     /// What the camera makes of light: haze takes colour away, more in one city than in another, and bright places are
@@ -192,6 +207,7 @@ fn within(column: &Column, z: f32, steep: bool) -> Surface {
         match column.slab_kind {
             Slab::Eave => return Surface::Eave,
             Slab::Balcony => return Surface::Balcony,
+            Slab::Canopy => return Surface::Canopy,
             Slab::Floater | Slab::None => {}
         }
     }

@@ -49,6 +49,25 @@ pub(crate) fn ground(seed: u64, cover: Cover, patch: Option<&Patch>, p: DVec2) -
             let mirrored = 0.5 + 0.5 * noise2(seed ^ 6, 9.0, p.x, p.y);
             scale(blend([46.0, 58.0, 50.0], [92.0, 104.0, 106.0], mirrored * mirrored), 1.0 + 0.1 * wide + 0.05 * fine)
         }
+        Cover::Field => {
+            let row = (0.5 + 0.5 * along(patch, p, 0.9).sin()) * 0.35;
+            let grown = blend([96.0, 118.0, 58.0], [150.0, 140.0, 84.0], 0.5 + 0.5 * noise2(seed ^ 8, 60.0, p.x, p.y));
+            scale(blend(grown, [134.0, 112.0, 84.0], row), 1.0 + 0.08 * wide + 0.1 * fine)
+        }
+        Cover::Ploughed => {
+            let furrow = 0.06 * along(patch, p, 0.7).sin() + 0.05 * along(patch, p, 6.0).sin();
+            let clod = noise2(seed ^ 10, 1.3, p.x, p.y);
+            scale([128.0, 98.0, 72.0], 1.0 + furrow + 0.12 * wide + 0.12 * clod + 0.1 * fine)
+        }
+        Cover::Thicket => {
+            let clump = noise2(seed ^ 11, 1.8, p.x, p.y);
+            scale(blend([70.0, 100.0, 44.0], [122.0, 118.0, 66.0], 0.5 + 0.5 * wide), 1.0 + 0.22 * clump + 0.18 * fine)
+        }
+        Cover::Concrete => {
+            let joint = p.x.rem_euclid(5.0) < 0.08 || p.y.rem_euclid(5.0) < 0.08;
+            let worn = 1.0 + 0.1 * wide + 0.06 * noise2(seed ^ 12, 2.5, p.x, p.y) + 0.03 * fine;
+            scale([166.0, 160.0, 150.0], if joint { 0.82 * worn } else { worn })
+        }
         Cover::Soil => scale([150.0, 126.0, 94.0], 1.0 + 0.12 * wide + 0.08 * fine),
         Cover::Grass => {
             let dry = 0.5 + 0.5 * noise2(seed ^ 5, 14.0, p.x, p.y);
@@ -56,6 +75,12 @@ pub(crate) fn ground(seed: u64, cover: Cover, patch: Option<&Patch>, p: DVec2) -
             scale(green, 1.0 + 0.1 * wide + 0.13 * fine)
         }
     }
+}
+
+/// Phase of rows that run along a patch with a pitch in metres.
+fn along(patch: Option<&Patch>, p: DVec2, pitch: f64) -> f64 {
+    let across = patch.map_or(p.x, |patch| (p - patch.plan.centre).dot(patch.plan.axis.perp()));
+    across / pitch * std::f64::consts::TAU
 }
 
 /// A dashed line in the middle of a street that has a carriageway of two lanes or more.
@@ -96,6 +121,19 @@ pub(crate) fn roof(building: &SceneBuilding, face: usize, p: DVec2) -> Rgb {
         Covering::Metal => {
             let seam = if s.rem_euclid(0.6) < 0.08 { 0.8 } else { 1.0 };
             scale(style.roof, seam * (1.0 + 0.06 * stain))
+        }
+        Covering::Corrugated => {
+            let rib = 1.0 + 0.07 * (s / 0.25 * std::f64::consts::TAU).sin();
+            let (sheet, light) = (cell(1.05, 3.2), lattice_unit(seed ^ 0x5ee, (s / 1.05).floor() as i64, 0, 0));
+            let rust = (noise2(seed ^ 0x4057, 2.4, p.x, p.y) + lattice_unit(seed, 8, 8, 8) - 0.75).max(0.0);
+            let painted = if light < 0.06 { [196.0, 204.0, 196.0] } else { style.roof };
+            scale(blend(painted, [126.0, 78.0, 52.0], 1.2 * rust), rib * (0.93 + 0.14 * sheet) * (1.0 + 0.06 * stain))
+        }
+        Covering::Glass => {
+            let bar = s.rem_euclid(1.2) < 0.09 || t.rem_euclid(2.4) < 0.1;
+            let mirrored = 0.5 + 0.5 * noise2(seed ^ 0x61, 3.3, p.x, p.y);
+            let pane = blend(style.roof, [206.0, 214.0, 220.0], mirrored * mirrored);
+            if bar { [206.0, 208.0, 206.0] } else { scale(pane, 0.8 + 0.3 * cell(1.2, 2.4)) }
         }
         Covering::Bitumen => {
             let lap = if s.rem_euclid(1.0) < 0.06 { 0.88 } else { 1.0 };
@@ -143,7 +181,7 @@ fn weathered(seed: u64, covering: Covering, flat: bool, p: DVec2, colour: Rgb) -
     let age = lattice_unit(seed ^ 0xa6e, 0, 0, 0);
     let wide = noise2(seed ^ 0xa6f, 2.1, p.x, p.y);
     match covering {
-        Covering::Green | Covering::Metal => colour,
+        Covering::Green | Covering::Metal | Covering::Corrugated | Covering::Glass => colour,
         _ if flat => {
             let (a, b) = ((p.x * 0.8 + p.y * 0.6) / 5.3, (p.y * 0.8 - p.x * 0.6) / 2.2);
             let repaired = lattice_unit(seed ^ 0x9e7, a.floor() as i64, b.floor() as i64, 0) < 0.03;
@@ -215,12 +253,38 @@ pub(crate) fn leaves(tree: &Tree, p: DVec3) -> Rgb {
         Species::Copper => blend([104.0, 66.0, 46.0], [138.0, 96.0, 52.0], tint),
         Species::Conifer => blend([48.0, 72.0, 46.0], [62.0, 84.0, 56.0], tint),
         Species::Poplar => blend([84.0, 108.0, 52.0], [100.0, 120.0, 60.0], tint),
+        Species::Palm => blend([70.0, 96.0, 48.0], [104.0, 118.0, 62.0], tint),
+        Species::Banana => blend([86.0, 124.0, 46.0], [128.0, 150.0, 66.0], tint),
         _ => blend([66.0, 94.0, 42.0], [104.0, 122.0, 54.0], tint),
     };
     let clump = noise3(tree.seed, 1.2, p);
     let leaf = noise3(tree.seed ^ 3, 0.35, p);
     // Between leaves it is dark: a crown has about three quarters of a leaf's albedo.
     scale(base, 0.76 * (1.0 + 0.28 * clump + 0.25 * leaf))
+}
+
+/// Paints of containers, trailers and cloths.
+const SHEETS: [Rgb; 8] = [
+    [52.0, 98.0, 160.0],
+    [164.0, 58.0, 46.0],
+    [214.0, 214.0, 212.0],
+    [62.0, 112.0, 84.0],
+    [196.0, 128.0, 48.0],
+    [120.0, 122.0, 124.0],
+    [104.0, 148.0, 186.0],
+    [140.0, 92.0, 70.0],
+];
+
+/// What hangs over the ground: decks, beams, cloths.
+pub(crate) fn canopy(thing: &Clutter, p: DVec3) -> Rgb {
+    let draw = lattice_unit(thing.seed, 0, 0, 0);
+    let fold = 1.0 + 0.1 * noise3(thing.seed, 0.9, p);
+    match thing.thing {
+        Thing::Bridge if draw < 0.5 => scale([96.0, 95.0, 96.0], fold),
+        Thing::Bridge => scale([156.0, 150.0, 140.0], fold),
+        Thing::Pergola => scale([164.0, 152.0, 132.0], fold * (0.8 + 0.3 * draw)),
+        _ => scale(SHEETS[((draw * 8.0) as usize).min(7)], fold),
+    }
 }
 
 /// Cars, walls, hedges and what stands on roofs.
@@ -247,6 +311,22 @@ pub(crate) fn thing(building: Option<&SceneBuilding>, thing: &Clutter, p: DVec3,
         Thing::Wall => scale([168.0, 156.0, 138.0], 1.0 + 0.1 * noise3(thing.seed, 0.8, p)),
         Thing::Chimney => scale([140.0, 82.0, 64.0], 0.8 + 0.4 * draw),
         Thing::Plant => scale([176.0, 178.0, 180.0], 0.75 + 0.4 * draw),
+        Thing::Crop | Thing::Bush => {
+            let green = blend([74.0, 104.0, 44.0], [126.0, 136.0, 64.0], draw);
+            scale(green, 0.9 + 0.3 * noise3(thing.seed, 0.5, p))
+        }
+        Thing::Container => scale(SHEETS[((draw * 8.0) as usize).min(7)], 1.0 + 0.08 * noise3(thing.seed, 1.1, p)),
+        Thing::Heap => {
+            let heaps: [Rgb; 5] = [
+                [172.0, 148.0, 96.0],
+                [42.0, 42.0, 44.0],
+                [150.0, 140.0, 128.0],
+                [64.0, 104.0, 150.0],
+                [122.0, 96.0, 72.0],
+            ];
+            scale(heaps[((draw * 5.0) as usize).min(4)], 1.0 + 0.14 * noise3(thing.seed, 0.7, p))
+        }
+        Thing::Bridge | Thing::Pergola | Thing::Tarpaulin => canopy(thing, p),
         Thing::Dormer | Thing::Balcony | Thing::Floater => {
             let style = building.map(|b| &b.style);
             match style {

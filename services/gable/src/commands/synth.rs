@@ -4,7 +4,9 @@ use crate::cli::SynthArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::progress::Progress;
 use crate::{table, terminal};
-use gable_synthetic_city::{RoofCase, Source, SynthParams, SynthReport, synthesise};
+use gable_synthetic_city::{
+    Feature, Look, Place, Quarter, RoofCase, Season, Source, SynthParams, SynthReport, synthesise,
+};
 use serde_json::json;
 use std::path::Path;
 
@@ -17,11 +19,15 @@ pub(crate) fn run(args: &SynthArgs, quiet: bool) -> anyhow::Result<Outcome> {
         slope: args.slope,
         texture: !args.no_texture,
         noise: args.noise,
+        look: look(args)?,
         tile_size: args.tile_size,
         ..SynthParams::default()
     };
     if let Source::Truth { model, .. } = &params.source {
         (params.origin, params.crs) = (model.origin, model.crs.clone());
+    }
+    if args.place.as_deref() == Some(ANY) {
+        params.look = Look::drawn(args.seed);
     }
     let begin = std::time::Instant::now();
     let report = observed(&params, &args.out, quiet)?;
@@ -58,6 +64,9 @@ fn source(args: &SynthArgs) -> anyhow::Result<Source> {
         }
         return Ok(Source::Truth { model: Box::new(reading.model), repeat: args.repeat });
     }
+    if let Some(name) = &args.place {
+        return Ok(Source::Place(place(args, name)?));
+    }
     if let Some(name) = &args.case {
         let Some(case) = RoofCase::ALL.into_iter().find(|case| case_name(*case) == *name) else {
             let names: Vec<_> = RoofCase::ALL.into_iter().map(case_name).collect();
@@ -66,6 +75,43 @@ fn source(args: &SynthArgs) -> anyhow::Result<Source> {
         return Ok(Source::Case(case));
     }
     Ok(Source::Procedural { area_km2: args.area })
+}
+
+/// The place that stands for one of which everything is drawn.
+const ANY: &str = "any";
+
+/// The place that is asked for.
+fn place(args: &SynthArgs, name: &str) -> Result<Place, UsageError> {
+    if name == ANY {
+        if !args.with.is_empty() {
+            return Err(UsageError("of the place any everything is drawn: leave out --with".to_owned()));
+        }
+        return Ok(Place::drawn(args.seed));
+    }
+    let Some(quarter) = Quarter::ALL.into_iter().find(|quarter| quarter.name() == name) else {
+        let names: Vec<_> = Quarter::ALL.iter().map(|q| q.name()).collect();
+        return Err(UsageError(format!("there is no place {name:?}: give {ANY} or one of {}", names.join(", "))));
+    };
+    let features = args.with.iter().map(|name| {
+        Feature::ALL.iter().copied().find(|f| f.name() == name).ok_or_else(|| {
+            let names: Vec<_> = Feature::ALL.iter().map(|f| f.name()).collect();
+            UsageError(format!("a place cannot be had with {name:?}: give some of {}", names.join(", ")))
+        })
+    });
+    let mut features = features.collect::<Result<Vec<_>, _>>()?;
+    features.sort_unstable();
+    features.dedup();
+    Ok(Place { quarter, features, side: args.side })
+}
+
+/// How the pictures shall look.
+fn look(args: &SynthArgs) -> Result<Look, UsageError> {
+    let Some(season) = Season::ALL.into_iter().find(|season| season.name() == args.season) else {
+        let names: Vec<_> = Season::ALL.iter().map(|s| s.name()).collect();
+        return Err(UsageError(format!("there is no season {:?}: give one of {}", args.season, names.join(", "))));
+    };
+    let cast = args.cast.as_slice().try_into().map_err(|_| UsageError("--cast: give three gains".to_owned()))?;
+    Ok(Look { texel: args.texel, cast, season })
 }
 
 /// The name of a case at the command line: its words in lower case, joined by hyphens.

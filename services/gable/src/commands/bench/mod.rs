@@ -3,6 +3,7 @@
 //! Each step is a child process of this program, so that times and peak memory are its own.
 
 mod page;
+mod places;
 mod real;
 mod record;
 mod steps;
@@ -69,6 +70,9 @@ const VARIANTS: [Variant; 5] = [
 pub(crate) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
     if args.scenes.iter().any(|s| s == real::NAME) {
         return real::run(args, quiet);
+    }
+    if args.scenes.iter().any(|s| s == places::NAME) {
+        return places::run(args, quiet);
     }
     let scenes = chosen(&args.scenes, &SCENES.map(|s| s.name), "scene")?;
     let rows = chosen(&args.rows, &ROWS.map(|r| r.name), "row")?;

@@ -80,11 +80,7 @@ impl Bench<'_> {
             seed,
             faces: report["faces"].as_u64().unwrap_or(0),
             area_km2: number(&report, &["area_m2"])? / 1e6,
-            cost: Cost {
-                wall: number(&report, &["seconds"])?,
-                core: number(&report, &["core_seconds"])?,
-                peak_memory_bytes: report["peak_memory_bytes"].as_u64().unwrap_or(0),
-            },
+            cost: synth_cost(&report)?,
         })
     }
 
@@ -197,6 +193,15 @@ impl Bench<'_> {
         }
         serde_json::from_slice(&output.stdout).with_context(|| format!("the JSON of gable {}", arguments.join(" ")))
     }
+}
+
+/// What `gable synth` needed, from its JSON.
+pub(super) fn synth_cost(report: &Value) -> anyhow::Result<Cost> {
+    Ok(Cost {
+        wall: number(report, &["seconds"])?,
+        core: number(report, &["core_seconds"])?,
+        peak_memory_bytes: report["peak_memory_bytes"].as_u64().unwrap_or(0),
+    })
 }
 
 /// What `gable synth` said when it made the scene that stands here, if it was asked with these arguments.

@@ -1,7 +1,7 @@
 //! The table of the benchmark, at the terminal and in a page whose other text stays.
 
 use super::page::{self, Place};
-use super::record::{Entry, Record};
+use super::record::{Entry, Figures, Record};
 use std::path::Path;
 
 const PLACE: Place =
@@ -21,50 +21,57 @@ fn row(entry: &Entry, width: usize, cells: impl Fn(&Record) -> Vec<String>) -> V
     out
 }
 
+/// Heads of the columns of [`quality_cells`].
+pub(super) const QUALITY: [&str; 15] = [
+    "labels mIoU",
+    "mIoU, 1 m along borders",
+    "building IoU",
+    "tree IoU",
+    "compl. / corr. ≥ 50 m²",
+    "compl. / corr. ≥ 10 m²",
+    "IoU of blocks",
+    "IoU of buildings",
+    "roof RMSE, m",
+    "within planes, m",
+    "truth→model RMS, m",
+    "polygons",
+    "roof polygons",
+    "triangles",
+    "valid, %",
+];
+
+/// The figures of an evaluation.
+pub(super) fn quality_cells(f: &Figures) -> Vec<String> {
+    let (share, pair) = (|v: f64| format!("{v:.3}"), |p: [f64; 2]| format!("{:.3} / {:.3}", p[0], p[1]));
+    vec![
+        share(f.label_mean_iou),
+        share(f.border_mean_iou),
+        share(f.building_iou),
+        share(f.tree_iou),
+        pair(f.found_50),
+        pair(f.found_10),
+        share(f.block_iou_50),
+        share(f.building_footprint_iou),
+        share(f.roof_rmse_50),
+        share(f.plane_rmse_50),
+        share(f.truth_to_model_50),
+        format!("{:.2}", f.polygons),
+        format!("{:.2}", f.roof_polygons),
+        format!("{:.2}", f.triangles),
+        format!("{:.1}", 100.0 * f.valid),
+    ]
+}
+
 fn quality(entries: &[&Entry]) -> Vec<Vec<String>> {
-    let head = [
-        "scene",
-        "row",
-        "labels mIoU",
-        "mIoU, 1 m along borders",
-        "building IoU",
-        "tree IoU",
-        "compl. / corr. ≥ 50 m²",
-        "compl. / corr. ≥ 10 m²",
-        "IoU of blocks",
-        "IoU of buildings",
-        "roof RMSE, m",
-        "within planes, m",
-        "truth→model RMS, m",
-        "polygons",
-        "roof polygons",
-        "triangles",
-        "valid, %",
-        "same in 1×1 and 16×16, %",
-    ];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    let mut head = vec!["scene", "row"];
+    head.extend(QUALITY);
+    head.push("same in 1×1 and 16×16, %");
+    let mut rows = vec![head.iter().map(|h| (*h).to_owned()).collect::<Vec<_>>()];
     rows.extend(entries.iter().map(|entry| {
         row(entry, head.len(), |r| {
-            let f = &r.figures;
-            let (share, pair) = (|v: f64| format!("{v:.3}"), |p: [f64; 2]| format!("{:.3} / {:.3}", p[0], p[1]));
-            vec![
-                share(f.label_mean_iou),
-                share(f.border_mean_iou),
-                share(f.building_iou),
-                share(f.tree_iou),
-                pair(f.found_50),
-                pair(f.found_10),
-                share(f.block_iou_50),
-                share(f.building_footprint_iou),
-                share(f.roof_rmse_50),
-                share(f.plane_rmse_50),
-                share(f.truth_to_model_50),
-                format!("{:.2}", f.polygons),
-                format!("{:.2}", f.roof_polygons),
-                format!("{:.2}", f.triangles),
-                format!("{:.1}", 100.0 * f.valid),
-                r.grids.map_or_else(|| "-".to_owned(), |g| format!("{:.1}", 100.0 * g.same)),
-            ]
+            let mut cells = quality_cells(&r.figures);
+            cells.push(r.grids.map_or_else(|| "-".to_owned(), |g| format!("{:.1}", 100.0 * g.same)));
+            cells
         })
     }));
     rows
@@ -190,7 +197,7 @@ pub(crate) fn write(folder: &Path, entry: &Entry) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commands::bench::record::{Cost, Figures, Grids, LeftOut, Sensing, Stage, Timing};
+    use crate::commands::bench::record::{Cost, Grids, LeftOut, Sensing, Stage, Timing};
 
     fn record(scene: &str, place: usize, seconds: f64, variant: Option<&str>) -> Entry {
         let figures = Figures {

@@ -1,6 +1,6 @@
 //! `gable bench real`: real meshes through run, against outlines drawn by hand, and one table of what came out.
 
-mod orthophoto;
+pub(super) mod orthophoto;
 mod record;
 mod scenes;
 mod table;
@@ -26,7 +26,7 @@ use std::path::Path;
 pub(super) const NAME: &str = "real";
 
 /// Labels in the order of [`CLASSES`].
-const LABELS: [Label; CLASSES.len()] = [Label::Ground, Label::Grass, Label::Tree, Label::Building];
+pub(super) const LABELS: [Label; CLASSES.len()] = [Label::Ground, Label::Grass, Label::Tree, Label::Building];
 
 /// Measures all real meshes that are asked for and at hand.
 pub(super) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
@@ -66,8 +66,8 @@ pub(super) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
     Ok(Outcome::Success)
 }
 
-/// What belongs to the scenes that are made has no meaning here, and is not passed over in silence.
-fn refuse_others(args: &BenchArgs) -> Result<(), UsageError> {
+/// What belongs to other scenes has no meaning here and with places, and is not passed over in silence.
+pub(super) fn refuse_others(args: &BenchArgs) -> Result<(), UsageError> {
     let others = [
         ("other scenes", args.scenes.len() > 1),
         ("--rows", !args.rows.is_empty()),
@@ -78,7 +78,7 @@ fn refuse_others(args: &BenchArgs) -> Result<(), UsageError> {
         ("--one-thread", args.one_thread),
     ];
     match others.iter().find(|o| o.1) {
-        Some((what, _)) => Err(UsageError(format!("the scene real stands by itself: leave out {what}"))),
+        Some((what, _)) => Err(UsageError(format!("the scenes real and places stand by themselves: leave out {what}"))),
         None => Ok(()),
     }
 }
@@ -134,7 +134,7 @@ fn measure(bench: &Bench<'_>, place: &RealPlace, number_of_place: usize, mesh: &
 }
 
 /// All triangles of a mesh, and what else it held.
-fn triangles(mesh: &Path) -> anyhow::Result<(Vec<Triangle>, Content)> {
+pub(super) fn triangles(mesh: &Path) -> anyhow::Result<(Vec<Triangle>, Content)> {
     let scene = Scene::open(mesh_folder(mesh), &OpenOptions::default())?;
     let mut all = Vec::new();
     let content = scene.for_each_chunk::<SceneError>(|chunk| {
@@ -145,7 +145,7 @@ fn triangles(mesh: &Path) -> anyhow::Result<(Vec<Triangle>, Content)> {
 }
 
 /// The maps of all blocks as one; `None` if there is none.
-fn mosaic(maps: &[LabelMap]) -> Result<Option<LabelMap>, PipelineError> {
+pub(super) fn mosaic(maps: &[LabelMap]) -> Result<Option<LabelMap>, PipelineError> {
     let Some((width, height, step, [labels, _])) = label_map::together(maps, maps)? else { return Ok(None) };
     let lowest = |axis: usize| maps.iter().map(|m| m.corner[axis]).reduce(f64::min);
     let corner = lowest(0).zip(lowest(1));

@@ -11,7 +11,11 @@ const BLANK: [u8; 3] = [250, 250, 248];
 
 /// The colour of each pixel of a scene, row by row from the south; `None` if the mesh has no colours at all. `triangles` are those that
 /// the scene was made of. One texture is decoded at a time; one that cannot be has the colour of its material, as in a run, which warns of it.
-pub(super) fn colours(scene: &RealScene, triangles: &[Triangle], materials: &[Material]) -> Option<Vec<[u8; 3]>> {
+pub(in super::super) fn colours(
+    scene: &RealScene,
+    triangles: &[Triangle],
+    materials: &[Material],
+) -> Option<Vec<[u8; 3]>> {
     let textured = |t: &Triangle| {
         t.uv.is_some() && materials.get(t.material as usize).is_some_and(|material| material.texture.is_some())
     };
