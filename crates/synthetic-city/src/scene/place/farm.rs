@@ -73,7 +73,7 @@ fn farmstead(site: &mut Site, c: &mut Counter) {
     });
     let Some(yard) = found else { return };
     site.town.patch([Cover::Concrete, Cover::Soil, Cover::Yard][c.index(3)], yard);
-    for _ in 0..2 + c.index(4) {
+    for _ in 0..6 + c.index(8) {
         let barn = Oblong {
             centre: yard.at(c.range(-0.8, 0.8), c.range(-0.8, 0.8)),
             axis: if c.unit() < 0.6 { yard.axis } else { yard.axis.perp() },

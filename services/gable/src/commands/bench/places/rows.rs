@@ -36,10 +36,10 @@ const fn row(name: &'static str, quarter: &'static str, with: &'static str, seed
     }
 }
 
-/// Coarse meshes come in large tiles, whose borders take few faces.
+/// Coarse meshes are one tile: at borders of tiles with few faces the surface would part.
 const fn sensed(name: &'static str, quarter: &'static str, seed: u64, density: f64, texel: f64) -> Row {
     let row = row(name, quarter, "", seed);
-    Row { density, texel, tile: if density < 1.0 { 160.0 } else { 60.0 }, ..row }
+    Row { density, texel, tile: if density < 3.0 { 400.0 } else { 60.0 }, ..row }
 }
 
 /// All rows, in the order of the table.
@@ -49,7 +49,7 @@ pub(super) const ROWS: &[Row] = &[
     row("campus", "campus", "", 23),
     Row { side: 180.0, ..row("industry", "industry", "", 24) },
     Row { side: 180.0, ..row("high-rise", "high-rise", "", 25) },
-    Row { side: 240.0, density: 2.0, ..row("open", "open", "", 26) },
+    Row { side: 240.0, density: 2.0, tile: 400.0, ..row("open", "open", "", 26) },
     Row { slope: 0.3, ..row("terraces", "village", "terraces", 31) },
     Row { slope: 0.45, side: 100.0, ..row("terraces 45 %", "village", "terraces,hedges,bananas", 32) },
     Row { slope: 0.3, side: 160.0, ..row("slope 30 %", "village", "", 33) },
@@ -60,12 +60,12 @@ pub(super) const ROWS: &[Row] = &[
     row("cutting", "village", "cutting", 38),
     row("bridge", "town", "bridge", 39),
     Row { slope: 0.01, ..row("stairs", "campus", "stairs", 40) },
-    Row { density: 1.0, ..row("grove", "village", "grove", 41) },
-    Row { side: 180.0, density: 0.75, ..row("wood", "open", "grove", 42) },
+    Row { density: 1.0, tile: 400.0, ..row("grove", "village", "grove", 41) },
+    Row { side: 180.0, density: 0.75, tile: 400.0, ..row("wood", "open", "grove", 42) },
     Row { side: 180.0, ..row("crops", "farm", "crops", 43) },
     row("bananas and palms", "village", "bananas,palms", 44),
     row("hedges", "village", "hedges", 45),
-    Row { side: 180.0, density: 2.0, ..row("rim", "farm", "rim", 51) },
+    Row { side: 180.0, density: 2.0, tile: 400.0, ..row("rim", "farm", "rim", 51) },
     Row { side: 100.0, ..row("rim, small", "industry", "rim", 52) },
     row("holes", "village", "holes", 53),
     row("pits", "industry", "pits", 54),
