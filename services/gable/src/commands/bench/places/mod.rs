@@ -156,6 +156,7 @@ mod tests {
         let seeds: BTreeSet<u64> = ROWS.iter().map(|r| r.seed).collect();
         assert_eq!((names.len(), seeds.len()), (ROWS.len(), ROWS.len()));
         assert!(seeds.iter().all(|seed| (1..100).contains(seed)), "those of tuning are above");
+        assert!(ROWS.iter().all(|r| !r.name.contains(',')), "commas part the names of --only");
     }
 
     #[test]
