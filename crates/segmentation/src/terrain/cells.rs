@@ -174,6 +174,16 @@ pub(super) enum Side {
 
 impl Side {
     pub(super) const ALL: [Self; 4] = [Self::East, Self::West, Self::North, Self::South];
+
+    /// Unit vector to that side.
+    pub(super) fn direction(self) -> [f32; 2] {
+        match self {
+            Self::East => [1.0, 0.0],
+            Self::West => [-1.0, 0.0],
+            Self::North => [0.0, 1.0],
+            Self::South => [0.0, -1.0],
+        }
+    }
 }
 
 /// Steep rises between the centres of the cells of a row (or column) and the next.

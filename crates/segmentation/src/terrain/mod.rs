@@ -10,8 +10,9 @@
 //! 4. `enclosure`: smooth surfaces, and which of them encloses which.
 //! 5. `cut`: ground or object for all cells at once, by a minimum cut. An object is what is closed in by steps up from the ground.
 //! 6. `doubt`: what was taken for ground and stands high over the ground around it is put to the cut again.
-//! 7. `pits`, `bumps`: small hollows in the ground are bridged, what is small and stands on it is left out.
-//! 8. Between ground cells the surface is a smooth continuation (Laplace's equation), under buildings and trees too.
+//! 7. `bridges`, `strips`: decks and quays are closed in as buildings are, and yet level with the ground.
+//! 8. `pits`, `bumps`: small hollows in the ground are bridged, what is small and stands on it is left out.
+//! 9. Between ground cells the surface is a smooth continuation (Laplace's equation), under buildings and trees too.
 //!
 //! All of it works on the cells of the absolute lattice, for the city as a whole: nothing depends on blocks. No window needs a scene
 //! of a least size, and one low place decides nothing but itself.
@@ -32,6 +33,7 @@ mod enclosure;
 mod land;
 mod pits;
 mod rim;
+mod strips;
 #[cfg(test)]
 mod tests;
 
@@ -84,6 +86,7 @@ impl Terrain {
                 usable.iter().zip(&objects).map(|(usable, object)| *usable && !object).collect();
             if round == ROUNDS {
                 bridges::join(&cells, &objects, &mut ground);
+                strips::join(&cells, &land, &objects, &mut ground);
                 break ground;
             }
             against_ground = doubt::against_ground(&cells, &land, &ground);

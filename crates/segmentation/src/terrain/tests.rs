@@ -35,6 +35,22 @@ fn worst(terrain: &Terrain, ground: impl Fn(f64, f64) -> f64, at: impl Fn(f64, f
     worst
 }
 
+// Of the places that `at` chooses, those where the terrain is off by more than a metre, and all.
+fn wrong_places(terrain: &Terrain, ground: impl Fn(f64, f64) -> f64, at: impl Fn(f64, f64) -> bool) -> (usize, usize) {
+    let (mut off, mut all) = (0, 0);
+    for y in (6..344).step_by(2) {
+        for x in (6..394).step_by(2) {
+            let (x, y) = (f64::from(x), f64::from(y));
+            if at(x, y) {
+                all += 1;
+                let p = dvec2(x, y) + WINDOW.bounds().min;
+                off += usize::from((terrain.height(p) - ground(x, y)).abs() > 1.0);
+            }
+        }
+    }
+    (off, all)
+}
+
 fn inside(x: f64, y: f64, [x0, y0, x1, y1]: [f64; 4]) -> bool {
     x0 <= x && x <= x1 && y0 <= y && y <= y1
 }
@@ -113,9 +129,7 @@ fn woods_are_no_ground() {
     let outside = worst(&terrain, ground, |x, y| !inside(x, y, [95.0, 75.0, 265.0, 245.0]));
     assert!(outside < 0.6, "{outside:.2} m");
     // A gap between smooth crowns may look like a clearing: one in a hundred places.
-    let places = (6..344).step_by(2).flat_map(|y| (6..394).step_by(2).map(move |x| (f64::from(x), f64::from(y))));
-    let is_off = |&(x, y): &(f64, f64)| (terrain.height(dvec2(x, y) + WINDOW.bounds().min) - ground(x, y)).abs() > 1.0;
-    let (off, all) = (places.clone().filter(is_off).count(), places.count());
+    let (off, all) = wrong_places(&terrain, ground, |_, _| true);
     assert!(off * 100 < all, "{off} of {all}");
 }
 
@@ -211,6 +225,28 @@ fn a_bridge_is_ground_and_a_long_hall_is_none() {
     };
     let open = worst(&terrain, ground, |x, y| !at_edge(x, y));
     assert!(open < 0.8, "{open:.2} m");
+}
+
+#[test]
+fn a_street_between_a_canal_and_houses_is_ground() {
+    // A canal 4 m deep, a street of 8 m on either side with trees at the quay, rows of houses without a gap.
+    let is_canal = |x: f64| (x - 200.0).abs() < 12.0;
+    let ground = |x: f64, y: f64| if is_canal(x) { -4.0 } else { 0.01 * y };
+    let things = |x: f64, y: f64| {
+        let from_quay = (x - 200.0).abs() - 12.0;
+        let is_tree = (from_quay - 1.6).hypot((y + 4.0).rem_euclid(8.0) - 4.0) < 2.0 && from_quay > 0.0;
+        if (8.0..20.0).contains(&from_quay) {
+            7.0 + (y / 7.0).floor().rem_euclid(3.0)
+        } else if is_tree {
+            6.0 + (3.0 * x).sin() * (3.0 * y).cos()
+        } else {
+            0.0
+        }
+    };
+    let terrain = Terrain::from_coarse(&scene(ground, things).1).unwrap();
+    let at_quay = |x: f64| ((x - 200.0).abs() - 12.0).abs() < 3.0;
+    let (off, all) = wrong_places(&terrain, ground, |x, _| !at_quay(x));
+    assert!(off * 200 < all, "{off} of {all}");
 }
 
 #[test]
