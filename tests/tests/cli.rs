@@ -92,6 +92,15 @@ fn wrong_usage_ends_with_2_and_says_what_to_do() {
         (&["synth", "--out", "o"], "--procedural"),
         (&["synth", "--case", "igloo", "--out", "o"], "the cases are gable"),
         (&["synth", "--procedural", "--density", "99", "--out", "o"], "0.05 to 30 faces per m²"),
+        (&["synth", "--place", "moon", "--out", "o"], "give any or one of town, village, farm"),
+        (&["synth", "--place", "farm", "--with", "rim,sea", "--out", "o"], "cannot be had with \"sea\""),
+        (&["synth", "--place", "any", "--with", "rim", "--out", "o"], "leave out --with"),
+        (&["synth", "--place", "farm", "--side", "5", "--out", "o"], "40 to 1000 m"),
+        (&["synth", "--place", "farm", "--season", "monsoon", "--out", "o"], "one of spring, summer, drought"),
+        (&["synth", "--place", "farm", "--texel", "9", "--out", "o"], "0.02 to 2 m"),
+        (&["synth", "--place", "farm", "--cast", "1,1", "--out", "o"], "give three gains"),
+        (&["bench", "places", "--variants", "--out", "o"], "leave out --variants"),
+        (&["bench", "places", "--only", "moon", "--out", "o"], "there is no place \"moon\""),
         (&["fly"], "unrecognized subcommand"),
     ];
     let folder = tempfile::tempdir().unwrap();

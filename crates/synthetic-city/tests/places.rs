@@ -144,3 +144,25 @@ fn meshes_lie_on_the_ground_of_landforms() {
         assert!(errors.len() > 500 && median < 0.05 && most < 0.7, "{feature:?}: {median:.3}, {most:.3} m");
     }
 }
+
+/// Features that build something do so in most places.
+#[test]
+fn features_build_what_they_are_called() {
+    let kinds = [
+        (Feature::Minarets, "mosque", 4),
+        (Feature::Minarets, "minaret", 4),
+        (Feature::Stacks, "stack", 4),
+        (Feature::Battered, "battered", 4),
+    ];
+    for (feature, kind, least) in kinds {
+        let with = |seed: u64| {
+            let scene = scene(&params(Quarter::Village, &[feature], 140.0, seed)).expect("a place");
+            let is_one = |b: &gable_synthetic_city::SceneBuilding| {
+                format!("{:?}", b.truth.attributes["roof_type"]).contains(kind)
+            };
+            scene.buildings.iter().any(is_one)
+        };
+        let found = (1..=6).filter(|&seed| with(seed)).count();
+        assert!(found >= least, "{kind}: in {found} of 6 places");
+    }
+}

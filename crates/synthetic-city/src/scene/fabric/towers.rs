@@ -5,6 +5,9 @@ use crate::scene::primitive::{Oblong, Primitive};
 use crate::scene::site::Site;
 use gable_geometry::{Counter, DVec2};
 
+/// Draws of a shape before it is left out.
+const TRIES: usize = 6;
+
 /// A hall with a dome and one to four minarets of 25 to 60 m.
 pub(crate) fn minarets(site: &mut Site, c: &mut Counter) {
     let half = c.range(8.0, 16.0);
@@ -12,29 +15,34 @@ pub(crate) fn minarets(site: &mut Site, c: &mut Counter) {
     site.take(&whole);
     let hall = Oblong { half_length: half, half_width: half, ..whole };
     let eave = c.range(7.0, 12.0);
-    let radius = half * c.range(0.4, 0.75);
-    let dome = [(1.0, 1.6), (0.93, 0.9), (0.75, 0.45)];
-    let mut shape = vec![Primitive::flat(hall.ring(), eave)];
-    let mut low = eave + 1.5;
-    for (k, (share, slope)) in dome.into_iter().enumerate() {
-        shape.push(Primitive::cone(hall.centre, radius * share, 16, low, slope));
-        low += radius * [0.07, 0.18, 0.2][k] * slope;
-    }
-    if site.town.add("mosque", &shape, true, c)
-        && let Some(building) = site.town.buildings.last_mut()
-    {
+    // Rings with different numbers of sides, so that no two edges lie in one line; where two come too close, others are drawn.
+    let built = (0..TRIES).any(|_| {
+        let radius = half * c.range(0.4, 0.75);
+        let (low, slope) = (eave + c.range(1.0, 2.5), c.range(0.9, 1.5));
+        let shape = [
+            Primitive::flat(hall.ring(), eave),
+            Primitive::cone(hall.centre, radius, 16, low, slope),
+            Primitive::cone(hall.centre, radius * c.range(0.6, 0.8), 11, low + 0.45 * radius * slope, 0.6 * slope),
+        ];
+        site.town.add("mosque", &shape, true, c)
+    });
+    if built && let Some(building) = site.town.buildings.last_mut() {
         (building.style.covering, building.style.roof) = (Covering::Metal, [196.0, 198.0, 190.0]);
         building.style.parapet = 0.0;
     }
     let (height, thick) = (c.range(25.0, 60.0), c.range(1.3, 2.2));
     for corner in [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)].into_iter().take(1 + c.index(4)) {
         let at = hall.centre + (hall.at(corner.0, corner.1) - hall.centre) * (1.0 + (thick + 0.8) / half);
-        // A shaft in two widths under a pointed cap.
-        let shape = [
-            Primitive::cone(at, thick, 12, height * 0.62, 0.3),
-            Primitive::cone(at, thick * 0.7, 12, height * 0.88, 2.2),
-        ];
-        slender(site, "minaret", &shape, [214.0, 206.0, 190.0], c);
+        for _ in 0..TRIES {
+            // A shaft in two widths under a pointed cap.
+            let shape = [
+                Primitive::cone(at, thick, 12, height * 0.62, 0.3),
+                Primitive::cone(at, thick * c.range(0.6, 0.8), 9, height * 0.88, 2.2),
+            ];
+            if slender(site, "minaret", &shape, [214.0, 206.0, 190.0], c) {
+                break;
+            }
+        }
     }
 }
 

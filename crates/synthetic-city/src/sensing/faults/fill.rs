@@ -30,10 +30,10 @@ impl Membrane {
     }
 }
 
-/// One to four membranes of 6 to 40 m; some are held by crowns or roofs here and there, and bulge.
+/// Three to six membranes of 6 to 40 m; some are held by crowns or roofs here and there, and bulge.
 pub(super) fn draw(site: &Site, c: &mut Counter) -> Vec<Membrane> {
     let most = (site.size().min_element() / 7.0).min(20.0);
-    let count = 1 + c.index(4);
+    let count = 3 + c.index(4);
     let mut all = Vec::new();
     for _ in 0..count {
         let radius = 3.0 * (most / 3.0).powf(c.unit());
