@@ -118,6 +118,10 @@ fn an_operator_works_at_the_dashboard() {
 
     // With a token that allows to look only.
     let token = service.token("eve", "viewer");
+    for city in service.get("/cities")["cities"].as_array().expect("a list") {
+        let path = format!("/cities/{}/members/eve", city["name"].as_str().expect("a name"));
+        let _ = service.put(&path, &serde_json::json!({ "role": "viewer" }));
+    }
     let arguments = [service.address(), &token, shots.to_str().unwrap()];
     let _ = run_node(TEST, "login.mjs", "playwright-core", &arguments);
 }

@@ -5,6 +5,7 @@
 
 use crate::database::Tx;
 use crate::events::About;
+use crate::members::of_members;
 use crate::names::named;
 use crate::{Artifact, EventKind, JobStoreError, Published, Store};
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,8 @@ pub struct Generation {
     pub number: i64,
     /// The job that made it.
     pub job: String,
+    /// The earlier generation whose content it has anew, if the city was rolled back to that.
+    pub restored: Option<i64>,
     /// Whether blocks are missing.
     pub partial: bool,
     /// Reference system of the coordinates.
@@ -136,6 +139,7 @@ impl Generation {
             city: row.try_get("city")?,
             number: row.try_get("number")?,
             job: row.try_get("job")?,
+            restored: row.try_get("restored")?,
             partial: row.try_get::<i64, _>("partial")? != 0,
             crs: row.try_get("crs")?,
             made: row.try_get("made")?,
@@ -167,18 +171,22 @@ impl CityBuilding {
 const HOLDS: &str = "since <= $2 AND (until IS NULL OR until > $2)";
 
 impl Store {
-    /// Cities by name, those after `after`, at most `limit`.
+    /// Cities by name, those after `after`, at most `limit`; with names, only those that have one of these as a member.
     ///
     /// # Errors
     /// If the database does not answer.
-    pub async fn cities(&self, after: Option<&str>, limit: i64) -> Result<Vec<City>, JobStoreError> {
-        let rows = sqlx::query(
-            "SELECT name, generation, created FROM city WHERE ($1 IS NULL OR name > $1) ORDER BY name LIMIT $2",
-        )
-        .bind(after)
-        .bind(limit)
-        .fetch_all(&self.pool)
-        .await?;
+    pub async fn cities(
+        &self,
+        seen_by: Option<&[String]>,
+        after: Option<&str>,
+        limit: i64,
+    ) -> Result<Vec<City>, JobStoreError> {
+        let names = seen_by.unwrap_or_default();
+        let seen = seen_by.map_or_else(String::new, |_| format!("{} AND ", of_members("name", 3, names.len())));
+        let statement =
+            format!("SELECT name, generation, created FROM city WHERE {seen}name > $1 ORDER BY name LIMIT $2");
+        let query = sqlx::query(AssertSqlSafe(statement)).bind(after.unwrap_or_default()).bind(limit);
+        let rows = names.iter().fold(query, |query, name| query.bind(name)).fetch_all(&self.pool).await?;
         rows.iter().map(city).collect()
     }
 
@@ -205,7 +213,7 @@ impl Store {
         limit: i64,
     ) -> Result<Vec<Generation>, JobStoreError> {
         let rows = sqlx::query(
-            "SELECT city, number, job, partial, crs, made, buildings, added, removed, changed FROM generation \
+            "SELECT city, number, job, restored, partial, crs, made, buildings, added, removed, changed FROM generation \
              WHERE city = $1 AND number < $2 ORDER BY number DESC LIMIT $3",
         )
         .bind(city)

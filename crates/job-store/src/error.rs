@@ -54,6 +54,18 @@ pub enum JobStoreError {
         /// How many bytes.
         most: u64,
     },
+    /// A city of others.
+    #[error("city {city:?} is of others: ask one of its owners to make you an editor, or take another name")]
+    NotAnEditor {
+        /// The city.
+        city: String,
+    },
+    /// A city has to have an owner.
+    #[error("city {city:?} would be left without an owner: make someone else its owner first")]
+    LastOwner {
+        /// The city.
+        city: String,
+    },
     /// The task is held by someone else, or by no one: the result must be thrown away.
     #[error("task {unit} of stage {stage} of job {job} is no longer held under fence {fence}")]
     Lost {

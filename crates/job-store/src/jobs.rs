@@ -43,6 +43,9 @@ pub struct NewJob {
     pub city: String,
     /// Who submits it.
     pub owner: String,
+    /// The names as which whoever submits it may be a member of the city: that of the owner, and those of their groups. None for one who
+    /// may do everything.
+    pub names: Option<Vec<String>>,
     /// A key of the client's choice: the same key again gives the same job.
     pub idempotency_key: Option<String>,
     /// What is to be done, as JSON.
@@ -126,6 +129,8 @@ pub struct JobFilter {
     pub city: Option<String>,
     /// Only of this owner.
     pub owner: Option<String>,
+    /// Only of cities that have one of these as a member; none for all.
+    pub seen_by: Option<Vec<String>>,
     /// Only those created before the job with this id: the last id of a page gives the next page.
     pub before: Option<String>,
     /// Only those created at this time or later, milliseconds since 1970.
@@ -142,8 +147,8 @@ impl Store {
     /// Takes a job in, with its first tasks, in one transaction.
     ///
     /// # Errors
-    /// If the idempotency key was used for another request, the owner has as many jobs under way as they may, or the database does
-    /// not answer.
+    /// If the idempotency key was used for another request, the city is of others, the owner has as many jobs under way as they may, or the
+    /// database does not answer.
     pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobStoreError> {
         let mut tx = self.begin().await?;
         let submitted = self.submit_in(&mut tx, new).await?;
@@ -188,6 +193,7 @@ impl Store {
             }
             return Ok(Submitted { id: earlier, new: false });
         }
+        self.enter_city(tx, &new.city, &new.owner, new.names.as_deref()).await?;
         if let Some(most) = new.max_jobs
             && under_way(tx, &new.owner).await? > most
         {
@@ -231,6 +237,10 @@ impl Store {
                 texts.push(value);
                 conditions.push(format!("{condition} ${}", 1 + texts.len()));
             }
+        }
+        if let Some(names) = &filter.seen_by {
+            conditions.push(crate::members::of_members("city", 2 + texts.len(), names.len()));
+            texts.extend(names);
         }
         let duration = format!("COALESCE(finished, {}) - started", self.now());
         for (condition, value) in [

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod artifacts;
+mod audit;
 mod blobs;
 mod causes;
 mod cities;
@@ -13,9 +14,11 @@ mod events;
 mod figures;
 mod jobs;
 mod logs;
+mod members;
 mod names;
 mod outcomes;
 mod parts;
+mod rollback;
 mod s3;
 mod schedules;
 mod stages;
@@ -26,6 +29,7 @@ mod webhooks;
 mod workers;
 
 pub use artifacts::Artifact;
+pub use audit::{AuditEntry, AuditFilter};
 pub use blobs::{BlobId, BlobStream, Blobs};
 pub use causes::Cause;
 pub use cities::{BuildingFilter, Change, ChangeKind, City, CityBuilding, Generation, Publication};
@@ -38,6 +42,7 @@ pub use events::{Event, EventKind};
 pub use figures::{Attempt, Attempts, Figures, Queue};
 pub use jobs::{Job, JobFilter, JobState, NewJob, Submitted};
 pub use logs::TaskLog;
+pub use members::{Member, Role};
 pub use parts::{OpenUpload, UploadPart, UploadQuota};
 pub use s3::{FetchLimits, fetch_objects};
 pub use schedules::{Missed, NewSchedule, RunOutcome, Schedule, ScheduleRun, Tick};

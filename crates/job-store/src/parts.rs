@@ -25,6 +25,8 @@ pub struct OpenUpload {
     pub id: String,
     /// Who sends it.
     pub owner: String,
+    /// The city whose members may use what it becomes; none for its sender only.
+    pub city: Option<String>,
     /// The name under which it is sent.
     pub name: String,
     /// When it was begun, milliseconds since 1970; set by the database's clock.
@@ -45,6 +47,7 @@ impl OpenUpload {
         Ok(Self {
             id: row.try_get("id")?,
             owner: row.try_get("owner")?,
+            city: row.try_get("city")?,
             name: row.try_get("name")?,
             created: row.try_get("created")?,
             expires: touched + SILENCE.as_millis() as i64,
@@ -55,7 +58,7 @@ impl OpenUpload {
     }
 }
 
-const OPEN: &str = "SELECT id, owner, name, created, touched, upload, problem, \
+const OPEN: &str = "SELECT id, owner, city, name, created, touched, upload, problem, \
                     CAST(CASE WHEN held_until > {now} THEN 1 ELSE 0 END AS BIGINT) AS held FROM open_upload";
 
 /// A part of an upload.
@@ -81,6 +84,7 @@ impl Store {
         id: &str,
         owner: &str,
         name: &str,
+        city: Option<&str>,
         quota: UploadQuota,
     ) -> Result<(), JobStoreError> {
         let mut tx = self.begin().await?;
@@ -91,8 +95,9 @@ impl Store {
         if open >= quota.open {
             return Err(JobStoreError::OpenUploads { owner: owner.to_owned(), most: quota.open });
         }
-        let statement = "INSERT INTO open_upload (id, owner, name, created, touched, held_until) VALUES ($1, $2, $3, {now}, {now}, 0)";
-        sqlx::query(self.sql(statement)).bind(id).bind(owner).bind(name).execute(&mut *tx).await?;
+        let statement = "INSERT INTO open_upload (id, owner, name, city, created, touched, held_until) \
+                         VALUES ($1, $2, $3, $4, {now}, {now}, 0)";
+        sqlx::query(self.sql(statement)).bind(id).bind(owner).bind(name).bind(city).execute(&mut *tx).await?;
         self.commit(tx).await
     }
 

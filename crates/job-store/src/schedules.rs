@@ -4,6 +4,7 @@
 //! transaction that also submits the job. So a tick has one run, whoever is killed when.
 
 use crate::database::Tx;
+use crate::members::of_members;
 use crate::names::named;
 use crate::{JobState, JobStoreError, NewJob, NewTask, Store};
 use sqlx::Row;
@@ -188,14 +189,21 @@ impl Store {
         row.as_ref().map(Schedule::read).transpose()
     }
 
-    /// Schedules by name, those after `after`, at most `limit`.
+    /// Schedules by name, those after `after`, at most `limit`; with names, only of cities that have one of these as a member.
     ///
     /// # Errors
     /// If the database does not answer.
-    pub async fn schedules(&self, after: Option<&str>, limit: i64) -> Result<Vec<Schedule>, JobStoreError> {
-        let statement =
-            format!("SELECT {COLUMNS} FROM schedule WHERE ($1 IS NULL OR name > $1) ORDER BY name LIMIT $2");
-        let rows = sqlx::query(sqlx::AssertSqlSafe(statement)).bind(after).bind(limit).fetch_all(&self.pool).await?;
+    pub async fn schedules(
+        &self,
+        seen_by: Option<&[String]>,
+        after: Option<&str>,
+        limit: i64,
+    ) -> Result<Vec<Schedule>, JobStoreError> {
+        let names = seen_by.unwrap_or_default();
+        let seen = seen_by.map_or_else(String::new, |_| format!("{} AND ", of_members("city", 3, names.len())));
+        let statement = format!("SELECT {COLUMNS} FROM schedule WHERE {seen}name > $1 ORDER BY name LIMIT $2");
+        let query = sqlx::query(sqlx::AssertSqlSafe(statement)).bind(after.unwrap_or_default()).bind(limit);
+        let rows = names.iter().fold(query, |query, name| query.bind(name)).fetch_all(&self.pool).await?;
         rows.iter().map(Schedule::read).collect()
     }
 

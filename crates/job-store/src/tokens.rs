@@ -4,6 +4,7 @@ use crate::names::named;
 use crate::{JobStoreError, Store};
 use sqlx::Row;
 use sqlx::any::AnyRow;
+use std::time::Duration;
 
 named! {
     /// What a token allows; each allows what the ones before it do.
@@ -26,6 +27,8 @@ pub struct TokenRecord {
     pub name: String,
     /// What it allows.
     pub scope: Scope,
+    /// Groups of its holder.
+    pub groups: Vec<String>,
     /// Most jobs under way; none for no limit.
     pub max_jobs: Option<i64>,
     /// When it ends, milliseconds since 1970; none for never.
@@ -40,6 +43,12 @@ impl TokenRecord {
             hash: row.try_get("hash")?,
             name: row.try_get("name")?,
             scope: row.try_get::<&str, _>("scope")?.parse()?,
+            groups: row
+                .try_get::<&str, _>("in_groups")?
+                .split(',')
+                .filter(|g| !g.is_empty())
+                .map(str::to_owned)
+                .collect(),
             max_jobs: row.try_get("max_jobs")?,
             expires: row.try_get("expires")?,
             created: row.try_get("created")?,
@@ -53,8 +62,8 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn add_token(&self, token: &TokenRecord) -> Result<bool, JobStoreError> {
-        let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, created, expires) \
-                         VALUES ($1, $2, $3, $4, {now}, $5) ON CONFLICT (name) DO NOTHING";
+        let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, in_groups, created, expires) \
+                         VALUES ($1, $2, $3, $4, $5, {now}, $6) ON CONFLICT (name) DO NOTHING";
         self.insert_token(statement, token).await
     }
 
@@ -64,6 +73,7 @@ impl Store {
             .bind(&token.name)
             .bind(token.scope.name())
             .bind(token.max_jobs)
+            .bind(token.groups.iter().map(|group| format!("{group},")).collect::<String>())
             .bind(token.expires)
             .execute(&self.pool)
             .await?;
@@ -78,8 +88,8 @@ impl Store {
     /// If the database does not answer.
     pub async fn add_first_token(&self, token: &TokenRecord) -> Result<bool, JobStoreError> {
         // On Postgres two may find the table empty at the same time: then the second one meets the name.
-        let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, created, expires) \
-                         SELECT $1, $2, $3, $4, {now}, $5 WHERE NOT EXISTS (SELECT 1 FROM api_token) \
+        let statement = "INSERT INTO api_token (hash, name, scope, max_jobs, in_groups, created, expires) \
+                         SELECT $1, $2, $3, $4, $5, {now}, $6 WHERE NOT EXISTS (SELECT 1 FROM api_token) \
                          ON CONFLICT (name) DO NOTHING";
         self.insert_token(statement, token).await
     }
@@ -89,8 +99,8 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn token(&self, hash: &str) -> Result<Option<TokenRecord>, JobStoreError> {
-        let statement = "SELECT hash, name, scope, max_jobs, expires, created FROM api_token \
-                         WHERE hash = $1 AND (expires IS NULL OR expires > {now})";
+        let statement = "SELECT hash, name, scope, max_jobs, in_groups, expires, created FROM api_token \
+                         WHERE (hash = $1 OR (old_hash = $1 AND old_until > {now})) AND (expires IS NULL OR expires > {now})";
         let row = sqlx::query(self.sql(statement)).bind(hash).fetch_optional(&self.pool).await?;
         row.as_ref().map(TokenRecord::read).transpose()
     }
@@ -100,7 +110,7 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn tokens(&self) -> Result<Vec<TokenRecord>, JobStoreError> {
-        let statement = "SELECT hash, name, scope, max_jobs, expires, created FROM api_token ORDER BY name";
+        let statement = "SELECT hash, name, scope, max_jobs, in_groups, expires, created FROM api_token ORDER BY name";
         sqlx::query(statement).fetch_all(&self.pool).await?.iter().map(TokenRecord::read).collect()
     }
 
@@ -110,6 +120,19 @@ impl Store {
     /// If the database does not answer.
     pub async fn has_tokens(&self) -> Result<bool, JobStoreError> {
         Ok(sqlx::query("SELECT name FROM api_token LIMIT 1").fetch_optional(&self.pool).await?.is_some())
+    }
+
+    /// Puts another token in the place of the one of this name, whose scope, groups and limits stay; the one before opens for `grace` more.
+    /// False if there is none of this name.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn rotate_token(&self, name: &str, hash: &str, grace: Duration) -> Result<bool, JobStoreError> {
+        let statement = "UPDATE api_token SET old_hash = hash, old_until = {now} + $3, hash = $2 WHERE name = $1";
+        let grace = i64::try_from(grace.as_millis()).unwrap_or(i64::MAX / 4);
+        let rotated = sqlx::query(self.sql(statement)).bind(name).bind(hash).bind(grace).execute(&self.pool).await?;
+        self.note_write();
+        Ok(crate::database::one_row(&rotated))
     }
 
     /// Takes a token away; false if there is none of this name.

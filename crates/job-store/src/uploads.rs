@@ -1,6 +1,7 @@
 //! Meshes that users have sent.
 
 use crate::database::Tx;
+use crate::members::{of_members, places};
 use crate::{Artifact, JobStoreError, Store, UploadQuota, parts};
 use sqlx::any::AnyRow;
 use sqlx::{AssertSqlSafe, Row};
@@ -16,6 +17,8 @@ pub struct Upload {
     pub id: String,
     /// Who has sent it.
     pub owner: String,
+    /// The city whose members may use it; none for its sender only.
+    pub city: Option<String>,
     /// The name under which it was sent.
     pub name: String,
     /// Size of its files.
@@ -31,6 +34,7 @@ impl Upload {
         Ok(Self {
             id: row.try_get("id")?,
             owner: row.try_get("owner")?,
+            city: row.try_get("city")?,
             name: row.try_get("name")?,
             bytes: row.try_get::<i64, _>("bytes")? as u64,
             files: row.try_get::<i64, _>("files")? as u64,
@@ -63,13 +67,15 @@ impl Store {
         upload: &Upload,
         files: &[Artifact],
     ) -> Result<(), JobStoreError> {
-        let statement = "INSERT INTO upload (id, owner, name, bytes, files, created, used) VALUES ($1, $2, $3, $4, $5, {now}, {now})";
+        let statement = "INSERT INTO upload (id, owner, name, bytes, files, city, created, used) \
+                         VALUES ($1, $2, $3, $4, $5, $6, {now}, {now})";
         sqlx::query(self.sql(statement))
             .bind(&upload.id)
             .bind(&upload.owner)
             .bind(&upload.name)
             .bind(upload.bytes as i64)
             .bind(upload.files as i64)
+            .bind(&upload.city)
             .execute(&mut **tx)
             .await?;
         for some in files.chunks(SOME) {
@@ -90,25 +96,28 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn upload(&self, id: &str) -> Result<Option<Upload>, JobStoreError> {
-        let row = sqlx::query("SELECT id, owner, name, bytes, files, created FROM upload WHERE id = $1")
+        let row = sqlx::query("SELECT id, owner, city, name, bytes, files, created FROM upload WHERE id = $1")
             .bind(id)
             .fetch_optional(&self.pool)
             .await?;
         row.as_ref().map(Upload::read).transpose()
     }
 
-    /// Uploads, newest first, those before the one with this id, at most `limit`.
+    /// Uploads, newest first, at most `limit`; with names, only those that one of them has sent, or that are of a city that has one of
+    /// them as a member.
     ///
     /// # Errors
     /// If the database does not answer.
-    pub async fn uploads(&self, before: Option<&str>, limit: i64) -> Result<Vec<Upload>, JobStoreError> {
-        let rows = sqlx::query(
-            "SELECT id, owner, name, bytes, files, created FROM upload WHERE ($1 IS NULL OR id < $1) ORDER BY id DESC LIMIT $2",
-        )
-        .bind(before)
-        .bind(limit)
-        .fetch_all(&self.pool)
-        .await?;
+    pub async fn uploads(&self, seen_by: Option<&[String]>, limit: i64) -> Result<Vec<Upload>, JobStoreError> {
+        let names = seen_by.unwrap_or_default();
+        let seen = seen_by.map_or_else(String::new, |_| {
+            let (sent, of_city) = (places(2, names.len()), of_members("city", 2, names.len()));
+            format!("WHERE owner IN ({sent}) OR {of_city}")
+        });
+        let statement =
+            format!("SELECT id, owner, city, name, bytes, files, created FROM upload {seen} ORDER BY id DESC LIMIT $1");
+        let query = sqlx::query(AssertSqlSafe(statement)).bind(limit);
+        let rows = names.iter().fold(query, |query, name| query.bind(name)).fetch_all(&self.pool).await?;
         rows.iter().map(Upload::read).collect()
     }
 

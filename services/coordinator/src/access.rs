@@ -17,15 +17,28 @@ pub(crate) const TARGET: &str = "access";
 
 /// Where who asks is noted, once it is known.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Asking(Arc<OnceLock<String>>);
+pub(crate) struct Asking {
+    name: Arc<OnceLock<String>>,
+    address: Option<String>,
+}
 
 impl Asking {
     /// Notes the name of the token that a request has shown.
     pub(crate) fn note(parts: &Parts, name: &str) {
         if let Some(asking) = parts.extensions.get::<Self>() {
             // A handler may ask twice who asks; the answer is the same.
-            let _ = asking.0.set(name.to_owned());
+            let _ = asking.name.set(name.to_owned());
         }
+    }
+
+    /// The name of the token that was shown.
+    pub(crate) fn who(&self) -> Option<&str> {
+        self.name.get().map(String::as_str)
+    }
+
+    /// From where the request came.
+    pub(crate) fn address(&self) -> Option<String> {
+        self.address.clone()
     }
 }
 
@@ -42,7 +55,7 @@ impl Drop for Line {
     fn drop(&mut self) {
         let (method, path, status) = (&self.method, &self.path, self.status);
         let milliseconds = (self.begun.elapsed().as_secs_f64() * 10_000.0).round() / 10.0;
-        let token = self.asking.0.get().map(String::as_str);
+        let token = self.asking.who();
         // What asks every few seconds whether the service lives would be most of all there is.
         if matches!(path.as_str(), "/healthz" | "/readyz") && status == Some(200) {
             tracing::debug!(target: TARGET, method, path, status, milliseconds, token, "answered");

@@ -12,6 +12,7 @@ use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
 use gable_job_store::{BlobId, JobStoreError, Scope, Store, TokenRecord};
+use std::time::Duration;
 
 /// Who asks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,6 +21,8 @@ pub struct Caller {
     pub name: String,
     /// What they may do.
     pub scope: Scope,
+    /// Their groups.
+    pub groups: Vec<String>,
     /// Most jobs under way; none for no limit.
     pub max_jobs: Option<i64>,
 }
@@ -31,11 +34,6 @@ impl Caller {
             return Ok(());
         }
         Err(Problem::forbidden(format!("this needs a token of scope {}, yours is {}", scope.name(), self.scope.name())))
-    }
-
-    /// An error unless the caller may steer a job of this owner.
-    pub(crate) fn may_steer(&self, owner: &str) -> Result<(), Problem> {
-        self.needs(if owner == self.name { Scope::Submitter } else { Scope::Operator })
     }
 }
 
@@ -52,9 +50,12 @@ impl FromRequestParts<Coordinator> for Caller {
         let caller = match access.await? {
             Access::Open => {
                 from_this_machine(&parts.headers)?;
-                Self { name: "local".to_owned(), scope: Scope::Operator, max_jobs: None }
+                Self { name: "local".to_owned(), scope: Scope::Operator, groups: Vec::new(), max_jobs: None }
             }
-            Access::Token(found) => Self { name: found.name, scope: found.scope, max_jobs: found.max_jobs },
+            Access::Token(found) => {
+                let TokenRecord { name, scope, groups, max_jobs, .. } = found;
+                Self { name, scope, groups, max_jobs }
+            }
             Access::Closed if shown.is_none() => {
                 let what = "send the header Authorization: Bearer TOKEN; gable token create makes a token";
                 return Err(Problem::unauthorised(what));
@@ -134,6 +135,8 @@ pub struct NewToken {
     pub name: String,
     /// What it allows.
     pub scope: Scope,
+    /// Groups of its holder.
+    pub groups: Vec<String>,
     /// Most jobs under way; none for no limit.
     pub max_jobs: Option<i64>,
     /// When it ends, milliseconds since 1970; none for never.
@@ -149,6 +152,16 @@ pub async fn create_token(store: &Store, new: &NewToken) -> Result<Option<String
     Ok(store.add_token(&record).await?.then_some(token))
 }
 
+/// Puts a new token in the place of the one of this name, and gives it; the one before opens for `grace` more. Scope, groups, limits and
+/// memberships stay. None if there is no such token.
+///
+/// # Errors
+/// If the database does not answer.
+pub async fn rotate_token(store: &Store, name: &str, grace: Duration) -> Result<Option<String>, JobStoreError> {
+    let token = random()?;
+    Ok(store.rotate_token(name, &hash(&token), grace).await?.then_some(token))
+}
+
 /// Name of the token that a service makes for whoever starts it first.
 const FIRST: &str = "operator";
 
@@ -161,28 +174,34 @@ pub async fn create_first_token(store: &Store) -> Result<Option<String>, JobStor
     if store.has_tokens().await? {
         return Ok(None);
     }
-    let new = NewToken { name: FIRST.to_owned(), scope: Scope::Operator, max_jobs: None, expires: None };
+    let new =
+        NewToken { name: FIRST.to_owned(), scope: Scope::Operator, groups: Vec::new(), max_jobs: None, expires: None };
     let (token, record) = draw(&new)?;
     Ok(store.add_first_token(&record).await?.then_some(token))
 }
 
 /// A token that nobody can guess, and what is kept of it.
 fn draw(new: &NewToken) -> Result<(String, TokenRecord), JobStoreError> {
-    let mut secret = [0_u8; 32];
-    getrandom::fill(&mut secret).map_err(|e| JobStoreError::File {
-        path: "/dev/urandom".into(),
-        source: std::io::Error::other(e.to_string()),
-    })?;
-    let token = format!("gable_{}", secret.iter().map(|b| format!("{b:02x}")).collect::<String>());
+    let token = random()?;
     let record = TokenRecord {
         hash: hash(&token),
         name: new.name.clone(),
         scope: new.scope,
+        groups: new.groups.clone(),
         max_jobs: new.max_jobs,
         expires: new.expires,
         created: 0,
     };
     Ok((token, record))
+}
+
+fn random() -> Result<String, JobStoreError> {
+    let mut secret = [0_u8; 32];
+    getrandom::fill(&mut secret).map_err(|e| JobStoreError::File {
+        path: "/dev/urandom".into(),
+        source: std::io::Error::other(e.to_string()),
+    })?;
+    Ok(format!("gable_{}", secret.iter().map(|b| format!("{b:02x}")).collect::<String>()))
 }
 
 #[cfg(test)]
@@ -215,15 +234,5 @@ mod tests {
             headers.insert(name, HeaderValue::from_static("203.0.113.7"));
             assert_eq!(from_this_machine(&headers).map_err(|p| p.status), Err(401), "{name}");
         }
-    }
-
-    #[test]
-    fn a_submitter_steers_only_their_own() {
-        let ann = Caller { name: "ann".to_owned(), scope: Scope::Submitter, max_jobs: None };
-        assert!(ann.may_steer("ann").is_ok());
-        assert_eq!(ann.may_steer("bob").map_err(|p| p.status), Err(403));
-        let viewer = Caller { scope: Scope::Viewer, ..ann.clone() };
-        assert_eq!(viewer.may_steer("ann").map_err(|p| p.status), Err(403));
-        assert!(Caller { scope: Scope::Operator, ..ann }.may_steer("bob").is_ok());
     }
 }

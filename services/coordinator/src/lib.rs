@@ -2,6 +2,7 @@
 
 mod access;
 mod api;
+mod audit;
 mod auth;
 mod cron;
 mod extract;
@@ -11,6 +12,7 @@ mod ogc;
 mod outbound;
 mod pages;
 mod problem;
+mod rights;
 mod scheduler;
 mod shared;
 mod state;
@@ -19,7 +21,8 @@ mod unpack;
 mod webhooks;
 
 pub use api::{FOR_THE_VIEWER, document, router};
-pub use auth::{Caller, NewToken, create_first_token, create_token};
+pub use audit::{Gathered, keep_audit};
+pub use auth::{Caller, NewToken, create_first_token, create_token, rotate_token};
 pub use feed::Feed;
 pub use listen::{Patience, serve};
 pub use pages::{escaped, time};

@@ -91,6 +91,10 @@ impl From<JobStoreError> for Problem {
             JobStoreError::UploadBytes { .. } => {
                 Self::new(StatusCode::PAYLOAD_TOO_LARGE, "quota", "The token may keep no more", detail)
             }
+            JobStoreError::NotAnEditor { .. } => Self::forbidden(detail),
+            JobStoreError::LastOwner { .. } => {
+                Self::new(StatusCode::CONFLICT, "owner", "A city has to have an owner", detail)
+            }
             JobStoreError::KeyReused { .. } => {
                 Self::new(StatusCode::CONFLICT, "key-reused", "The idempotency key was used before", detail)
             }

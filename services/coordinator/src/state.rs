@@ -1,11 +1,12 @@
 //! What every request handler needs.
 
-use crate::Feed;
 use crate::auth::Access;
 use crate::pages::Snapshot;
 use crate::shared::Shared;
+use crate::{Feed, Gathered};
 use gable_files::SourceRoots;
-use gable_job_store::{Blobs, Store};
+use gable_job_store::{Blobs, Role, Store};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,8 +19,10 @@ pub struct Coordinator {
     pub store: Store,
     /// Contents of artefacts.
     pub blobs: Blobs,
-    /// What may be sources of jobs.
+    /// What may be sources of jobs of everybody.
     pub roots: SourceRoots,
+    /// What may be sources of jobs of the members of a group besides, by its name.
+    pub group_roots: BTreeMap<String, SourceRoots>,
     /// What a request may take.
     pub limits: Limits,
     /// Where what is sent lies until it is in the object store; by default the system's folder for temporary files, which may be in memory.
@@ -30,6 +33,8 @@ pub struct Coordinator {
     pub feed: Feed,
     /// What many ask for at the same time.
     pub answers: Answers,
+    /// What is to be written to the audit log.
+    pub gathered: Gathered,
 }
 
 impl Coordinator {
@@ -37,7 +42,18 @@ impl Coordinator {
     #[must_use]
     pub fn new(store: Store, blobs: Blobs, roots: SourceRoots, limits: Limits) -> Self {
         let folder = std::env::temp_dir();
-        Self { store, blobs, roots, limits, folder, open: false, feed: Feed::default(), answers: Answers::default() }
+        Self {
+            store,
+            blobs,
+            roots,
+            group_roots: BTreeMap::new(),
+            limits,
+            folder,
+            open: false,
+            feed: Feed::default(),
+            answers: Answers::default(),
+            gathered: Gathered::default(),
+        }
     }
 }
 
@@ -50,6 +66,10 @@ pub struct Answers {
     pub(crate) blocks: Shared<Snapshot>,
     /// Who asks, by the hash of the token that is shown.
     pub(crate) access: Shared<Access>,
+    /// The roles of callers in cities, by the names of the caller and that of the city.
+    pub(crate) roles: Shared<Option<Role>>,
+    /// The cities of jobs.
+    pub(crate) cities: Shared<String>,
     /// Bytes of all that is kept, and when they were counted.
     pub(crate) stored: Arc<Mutex<Option<(Instant, i64)>>>,
 }

@@ -1,9 +1,11 @@
 //! The command line: arguments, help and examples.
 
+mod city;
 mod remote;
 mod schedule;
 mod token;
 
+pub(crate) use city::{AuditArgs, CityAction, CityArgs, OneCityArgs};
 pub(crate) use remote::{CancelArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, Send, StatusArgs, SubmitArgs};
 pub(crate) use schedule::{CreateArgs, ListArgs, NameArgs, ScheduleAction, ScheduleArgs};
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
@@ -72,7 +74,7 @@ pub(crate) enum Command {
     Serve(ServeArgs),
     /// Do the tasks of jobs
     Work(WorkArgs),
-    /// Make, list and revoke the tokens that open the service
+    /// Make, list, rotate and revoke the tokens that open the service
     Token(TokenArgs),
     /// Submit a job to a service
     Submit(SubmitArgs),
@@ -84,6 +86,10 @@ pub(crate) enum Command {
     Retry(RetryArgs),
     /// Fetch the files of a job or of a city from a service
     Download(DownloadArgs),
+    /// Show cities, say who their members are, roll them back
+    City(CityArgs),
+    /// Show who did what with a service
+    Audit(AuditArgs),
     /// Submit jobs by the clock
     Schedule(ScheduleArgs),
     /// Do one task, as a worker asks on standard input
@@ -105,6 +111,8 @@ impl Command {
     pub(crate) fn json(&self) -> bool {
         match self {
             Self::Run(args) => args.json,
+            Self::City(args) => args.json,
+            Self::Audit(args) => args.json,
             Self::Demo(args) => args.json,
             Self::Eval(args) => args.json,
             Self::Synth(args) => args.json,
@@ -533,9 +541,10 @@ pub(crate) struct KeepArgs {
     /// Store of artefacts: a folder, or s3://BUCKET/PREFIX; by default a folder in DIR
     #[arg(long, value_name = "PLACE", env = "GABLE_STORE")]
     pub(crate) store: Option<String>,
-    /// Folder, or s3://BUCKET/PREFIX, whose meshes may be sources of jobs; may be given many times, by default the current folder
-    #[arg(long = "source-root", value_name = "PLACE")]
-    pub(crate) source_roots: Vec<PathBuf>,
+    /// Folder, or s3://BUCKET/PREFIX, whose meshes may be sources of jobs; with a group, of its members only; may be given many times, by
+    /// default the current folder
+    #[arg(long = "source-root", value_name = "[GROUP=]PLACE")]
+    pub(crate) source_roots: Vec<String>,
     /// How log lines look
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub(crate) log_format: LogFormat,

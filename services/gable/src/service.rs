@@ -8,6 +8,7 @@ use gable_files::SourceRoots;
 use gable_job_store::{Blobs, Store};
 use gable_pipeline::Stage;
 use gable_worker::{Limits, Settings, Worker};
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -25,8 +26,12 @@ const PACE: Duration = Duration::from_millis(250);
 pub(crate) struct Parts {
     pub(crate) store: Store,
     pub(crate) blobs: Blobs,
-    /// What may be sources of jobs.
+    /// What may be sources of jobs of anyone.
     pub(crate) roots: SourceRoots,
+    /// What may be sources of jobs of everybody.
+    pub(crate) shared_roots: SourceRoots,
+    /// What may be sources of jobs of the members of groups, by their names.
+    pub(crate) group_roots: BTreeMap<String, SourceRoots>,
 }
 
 /// Opens database and store.
@@ -36,9 +41,39 @@ pub(crate) async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
         Some(place) => open_blobs(place).await?,
         None => Blobs::in_folder(&folder(&keep.at.data)?.join("store"))?,
     };
-    let given = if keep.source_roots.is_empty() { vec![PathBuf::from(".")] } else { keep.source_roots.clone() };
-    let roots = SourceRoots::new(given, own_places(keep)?).map_err(|e| UsageError(format!("--source-root {e}")))?;
-    Ok(Parts { store, blobs, roots })
+    let own = own_places(keep)?;
+    let given = roots_by_group(&keep.source_roots);
+    let roots_at = |places: Vec<PathBuf>| {
+        SourceRoots::new(places, own.clone()).map_err(|e| UsageError(format!("--source-root {e}")))
+    };
+    let roots = roots_at(given.values().flatten().cloned().collect())?;
+    let (mut shared_roots, mut group_roots) = (roots_at(Vec::new())?, BTreeMap::new());
+    for (group, places) in given {
+        match group {
+            None => shared_roots = roots_at(places)?,
+            Some(group) => {
+                group_roots.insert(group, roots_at(places)?);
+            }
+        }
+    }
+    Ok(Parts { store, blobs, roots, shared_roots, group_roots })
+}
+
+/// Source roots as they were given: by the group that is named before `=`, and under none those for everybody.
+fn roots_by_group(given: &[String]) -> BTreeMap<Option<String>, Vec<PathBuf>> {
+    let plain = |group: &str| !group.is_empty() && group.chars().all(|c| c.is_alphanumeric() || "._-".contains(c));
+    let mut roots: BTreeMap<Option<String>, Vec<PathBuf>> = BTreeMap::new();
+    for root in given {
+        let (group, place) = match root.split_once('=') {
+            Some((group, place)) if plain(group) => (Some(group.to_owned()), place),
+            _ => (None, root.as_str()),
+        };
+        roots.entry(group).or_default().push(PathBuf::from(place));
+    }
+    if given.is_empty() {
+        roots.insert(None, vec![PathBuf::from(".")]);
+    }
+    roots
 }
 
 /// What the service keeps for itself: neither a job's source nor what a mesh names, also where it lies in a source root, as the

@@ -9,11 +9,11 @@ use std::time::Duration;
 
 const LONG: Duration = Duration::from_secs(3600);
 
-fn artifact(path: &str, content: &str) -> Artifact {
+pub(crate) fn artifact(path: &str, content: &str) -> Artifact {
     Artifact { path: path.to_owned(), blob: BlobId::of(content.as_bytes()), bytes: content.len() as u64 }
 }
 
-fn building(id: &str, hash: &str, x: f64) -> CityBuilding {
+pub(crate) fn building(id: &str, hash: &str, x: f64) -> CityBuilding {
     CityBuilding {
         id: id.to_owned(),
         hash: hash.to_owned(),
@@ -32,7 +32,7 @@ fn city(buildings: &[CityBuilding]) -> Option<Publication> {
 }
 
 /// A job whose only task publishes.
-async fn published(store: &Store, files: &[Artifact], buildings: &[CityBuilding]) -> String {
+pub(crate) async fn published(store: &Store, files: &[Artifact], buildings: &[CityBuilding]) -> String {
     let id = submit(store, &job("delft", vec![task(0, "city")])).await;
     let held = claim(store, "w").await;
     let result = Finished { artifacts: files.to_vec(), publication: city(buildings), ..Finished::default() };
@@ -52,8 +52,8 @@ pub(crate) async fn generations_hold_what_was_published(store: &Store) {
 
     let delft = store.city("delft").await.expect("asks").expect("there");
     assert_eq!(delft.generation, Some(2));
-    assert_eq!(store.cities(None, 10).await.expect("lists"), [delft]);
-    assert!(store.cities(Some("delft"), 10).await.expect("lists").is_empty());
+    assert_eq!(store.cities(None, None, 10).await.expect("lists"), [delft]);
+    assert!(store.cities(None, Some("delft"), 10).await.expect("lists").is_empty());
     let generations = store.generations("delft", None, 10).await.expect("lists");
     let counts: Vec<_> = generations.iter().map(|g| (g.number, g.buildings, g.added, g.removed, g.changed)).collect();
     assert_eq!(counts, [(2, 2, 1, 1, 1), (1, 2, 2, 0, 0)]);

@@ -7,6 +7,7 @@ mod postgres;
 mod s3_server;
 mod schedules;
 mod suite;
+mod tenants;
 mod uploads;
 
 use gable_job_store::{Blobs, Store};
@@ -84,6 +85,10 @@ conformance!(
     cities::outcomes_are_taken_over,
     cities::a_retry_begins_with_what_failed,
     cities::only_what_nothing_refers_to_is_removed,
+    tenants::a_city_is_of_whom_it_was_first,
+    tenants::a_city_rolls_back_to_any_generation,
+    tenants::tokens_rotate_by_name,
+    tenants::the_audit_log_is_kept_and_purged,
     schedules::a_tick_has_one_winner,
     schedules::runs_do_not_overlap,
     schedules::missed_and_changed_ticks_submit_nothing,

@@ -88,9 +88,9 @@ pub(crate) async fn missed_and_changed_ticks_submit_nothing(store: &Store) {
     );
     assert_eq!(store.tick(&due, Tick::Run, &task(0, "scene"), None).await.expect("answers"), None);
     assert_eq!(jobs(store).await, 0);
-    let listed = store.schedules(None, 10).await.expect("lists");
+    let listed = store.schedules(None, None, 10).await.expect("lists");
     assert_eq!((listed.len(), listed[0].runs), (1, 1));
-    assert!(store.schedules(Some("nightly"), 10).await.expect("lists").is_empty());
+    assert!(store.schedules(None, Some("nightly"), 10).await.expect("lists").is_empty());
     assert!(store.remove_schedule("nightly").await.expect("removed"));
     assert!(!store.remove_schedule("nightly").await.expect("asks"));
     assert!(!store.change_schedule(&nightly(now)).await.expect("asks"));

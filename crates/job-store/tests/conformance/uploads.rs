@@ -11,13 +11,13 @@ fn part(number: i64, content: &[u8], bytes: u64) -> UploadPart {
 
 async fn owner(store: &Store) {
     let (hash, name, scope) = ("h".to_owned(), "ann".to_owned(), Scope::Submitter);
-    let token = TokenRecord { hash, name, scope, max_jobs: None, expires: None, created: 0 };
+    let token = TokenRecord { hash, name, scope, groups: Vec::new(), max_jobs: None, expires: None, created: 0 };
     assert!(store.add_token(&token).await.expect("adds"));
 }
 
 pub(crate) async fn parts_are_kept_until_they_are_an_upload(store: &Store) {
     owner(store).await;
-    store.open_upload("u1", "ann", "a.off", QUOTA).await.expect("opens");
+    store.open_upload("u1", "ann", "a.off", None, QUOTA).await.expect("opens");
     let open = store.find_open_upload("u1").await.expect("asks").expect("there");
     assert!(!open.held && open.upload.is_none() && open.expires > open.created);
     let blob = BlobId::of(b"one");
@@ -41,6 +41,7 @@ pub(crate) async fn parts_are_kept_until_they_are_an_upload(store: &Store) {
     let upload = Upload {
         id: "v1".to_owned(),
         owner: "ann".to_owned(),
+        city: None,
         name: "a.off".to_owned(),
         bytes: 60,
         files: 1,
@@ -64,7 +65,7 @@ pub(crate) async fn quotas_of_uploads_hold_under_a_rush(store: &Store) {
     owner(store).await;
     let opened = (0..6).map(|n| {
         let store = store.clone();
-        tokio::spawn(async move { store.open_upload(&format!("u{n}"), "ann", "a.off", QUOTA).await })
+        tokio::spawn(async move { store.open_upload(&format!("u{n}"), "ann", "a.off", None, QUOTA).await })
     });
     let mut refused = 0;
     for one in opened.collect::<Vec<_>>() {

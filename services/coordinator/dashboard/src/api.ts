@@ -124,6 +124,8 @@ export interface ResultFile {
 export interface Generation {
   number: number;
   job: string;
+  /// The earlier generation whose content it has anew, if the city was rolled back.
+  restored?: number;
   partial: boolean;
   crs: string;
   made: string;
@@ -138,6 +140,14 @@ export interface City {
   generation?: number;
   created: string;
   current?: Generation;
+}
+
+export type Role = 'viewer' | 'editor' | 'owner';
+export const ROLES: Role[] = ['viewer', 'editor', 'owner'];
+
+export interface Member {
+  name: string;
+  role: Role;
 }
 
 export interface Change {

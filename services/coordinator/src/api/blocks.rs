@@ -3,7 +3,8 @@
 use super::jobs::{seconds, stage_name};
 use crate::pages::{polled, time};
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem};
+use crate::rights::OfJob;
+use crate::{Coordinator, Problem};
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
@@ -89,7 +90,7 @@ pub(super) fn kind_of(stage: i64) -> &'static str {
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
@@ -117,7 +118,7 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn log(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     Path((id, unit)): Path<(String, String)>,
 ) -> Result<impl IntoResponse, Problem> {
     let logs = service.store.logs(&id, &unit).await?;

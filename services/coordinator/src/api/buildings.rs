@@ -4,8 +4,9 @@ use super::cities::chosen;
 use crate::extract::Query;
 use crate::pages::{cut, escaped, limit};
 use crate::problem::Refused;
+use crate::rights::OfCity;
 use crate::tile::Tile;
-use crate::{Caller, Coordinator, Problem};
+use crate::{Coordinator, Problem};
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
@@ -141,7 +142,7 @@ fn filter(query: &BuildingsQuery) -> Result<BuildingFilter, Problem> {
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     address: Uri,
     headers: HeaderMap,
     Path(city): Path<String>,
@@ -190,7 +191,7 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn show(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     headers: HeaderMap,
     Path((city, id)): Path<(String, String)>,
     Query(query): Query<BuildingQuery>,

@@ -3,6 +3,7 @@
 use crate::extract::Query;
 use crate::pages::{limit, page, tagged, time};
 use crate::problem::Refused;
+use crate::rights::OfCity;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -56,6 +57,9 @@ pub(crate) struct GenerationView {
     number: i64,
     /// The job that made it.
     job: String,
+    /// The earlier generation whose content it has anew, if the city was rolled back to that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    restored: Option<i64>,
     /// Whether blocks are missing.
     partial: bool,
     /// Reference system of the coordinates.
@@ -74,9 +78,10 @@ pub(crate) struct GenerationView {
 }
 
 impl GenerationView {
-    fn of(generation: Generation) -> Self {
-        let Generation { city: _, number, job, partial, crs, made, buildings, added, removed, changed } = generation;
-        Self { number, job, partial, crs, made: time(made), buildings, added, removed, changed }
+    pub(super) fn of(generation: Generation) -> Self {
+        let Generation { city: _, number, job, restored, partial, crs, made, buildings, added, removed, changed } =
+            generation;
+        Self { number, job, restored, partial, crs, made: time(made), buildings, added, removed, changed }
     }
 }
 
@@ -173,11 +178,11 @@ pub(super) async fn chosen(service: &Coordinator, city: &str, number: Option<i64
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     Query(query): Query<CityQuery>,
 ) -> Result<Json<CityPage>, Problem> {
     let limit = limit(query.limit, service.limits.page)?;
-    let found = service.store.cities(query.after.as_deref(), limit + 1).await?;
+    let found = service.store.cities(caller.sees().as_deref(), query.after.as_deref(), limit + 1).await?;
     let (cities, next) = page(found, limit, |c| c.name.clone(), CityView::of);
     Ok(Json(CityPage { cities, next }))
 }
@@ -196,7 +201,7 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn show(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     headers: HeaderMap,
     Path(name): Path<String>,
 ) -> Result<Response, Problem> {
@@ -218,7 +223,7 @@ pub(crate) async fn show(
 )]
 pub(crate) async fn generations(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     Path(name): Path<String>,
     Query(query): Query<GenerationsQuery>,
 ) -> Result<Json<GenerationPage>, Problem> {
@@ -240,7 +245,7 @@ pub(crate) async fn generations(
 )]
 pub(crate) async fn generation(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     Path((name, number)): Path<(String, i64)>,
 ) -> Result<Json<GenerationView>, Problem> {
     Ok(Json(GenerationView::of(chosen(&service, &name, Some(number)).await?)))
@@ -254,7 +259,7 @@ pub(crate) async fn generation(
 )]
 pub(crate) async fn changes(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     Path(name): Path<String>,
     Query(query): Query<ChangesQuery>,
 ) -> Result<Json<ChangePage>, Problem> {

@@ -4,7 +4,8 @@ use super::cities::chosen;
 use super::files::{self, FileView};
 use crate::extract::Query;
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem};
+use crate::rights::OfCity;
+use crate::{Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
@@ -73,7 +74,7 @@ pub(crate) struct TileView {
 )]
 pub(crate) async fn tiles(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     Path(city): Path<String>,
     Query(query): Query<GenerationQuery>,
 ) -> Result<Json<CityTiles>, Problem> {
@@ -97,7 +98,7 @@ pub(crate) async fn tiles(
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     Path(city): Path<String>,
     Query(query): Query<FilesQuery>,
 ) -> Result<Json<CityFiles>, Problem> {
@@ -126,7 +127,7 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn content(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfCity,
     headers: HeaderMap,
     Path((city, path)): Path<(String, String)>,
     Query(query): Query<GenerationQuery>,

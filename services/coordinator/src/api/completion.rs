@@ -10,7 +10,7 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use futures_util::TryStreamExt as _;
-use gable_job_store::{OpenUpload, UploadPart};
+use gable_job_store::{OpenUpload, Upload, UploadPart};
 use serde::Deserialize;
 use std::convert::Infallible;
 use std::time::Duration;
@@ -173,6 +173,7 @@ async fn assemble(service: &Coordinator, open: &OpenUpload, parts: &[UploadPart]
     }
     whole.flush().await.map_err(|e| no_room(&e))?;
     let (upload, files) = take_in(service, &open.owner, &open.name, folder.path(), &file).await?;
+    let upload = Upload { city: open.city.clone(), ..upload };
     service.store.complete_upload(&open.id, &upload, &files, quota(service)).await?;
     Ok(())
 }

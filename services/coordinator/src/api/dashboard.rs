@@ -50,8 +50,9 @@ async fn file(headers: HeaderMap, name: String) -> Response {
 }
 
 /// The newest jobs as a table, without scripts.
-async fn plain(State(service): State<Coordinator>, _: Caller) -> Result<Response, Problem> {
-    let jobs = service.store.jobs(&JobFilter::default(), PLAIN).await?;
+async fn plain(State(service): State<Coordinator>, caller: Caller) -> Result<Response, Problem> {
+    let filter = JobFilter { seen_by: caller.sees(), ..JobFilter::default() };
+    let jobs = service.store.jobs(&filter, PLAIN).await?;
     let mut rows = String::new();
     for job in &jobs {
         let reason = job.reason.as_deref().unwrap_or_default();

@@ -4,7 +4,8 @@ use super::jobs::stage_name;
 use crate::extract::Query;
 use crate::pages::{limit, time};
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem};
+use crate::rights::OfJob;
+use crate::{Coordinator, Problem};
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::sse::{Event as Message, KeepAlive, Sse};
@@ -74,7 +75,7 @@ pub(crate) struct EventQuery {
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     Path(id): Path<String>,
     Query(query): Query<EventQuery>,
 ) -> Result<Json<Vec<EventView>>, Problem> {
@@ -94,7 +95,7 @@ pub(super) fn stream_router() -> Router<Coordinator> {
 
 async fn follow(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Sse<impl Stream<Item = Result<Message, JobStoreError>>>, Problem> {

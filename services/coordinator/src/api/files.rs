@@ -2,7 +2,8 @@
 
 use crate::pages::tagged;
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem};
+use crate::rights::OfJob;
+use crate::{Coordinator, Problem};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, State};
@@ -44,7 +45,7 @@ impl FileView {
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     Path(id): Path<String>,
 ) -> Result<Json<Vec<FileView>>, Problem> {
     service.store.job(&id).await?;
@@ -71,7 +72,7 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn content(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     headers: HeaderMap,
     Path((id, path)): Path<(String, String)>,
 ) -> Result<Response, Problem> {

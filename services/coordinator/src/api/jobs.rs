@@ -1,14 +1,16 @@
 //! Jobs: submitting, finding, steering.
 
 use super::failures::{self, FailureView};
+use crate::audit::About;
 use crate::extract::{Body, Query};
 use crate::pages::{limit, page, polled, time};
 use crate::problem::Refused;
+use crate::rights::OfJob;
 use crate::{Caller, Coordinator, Problem};
-use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use gable_files::Source;
 use gable_job_store::{Job, JobFilter, JobState, NewCallback, NewJob, NewTask, Scope, Store, Task, TaskState};
 use gable_pipeline::params::PARAMETERS;
@@ -38,7 +40,7 @@ pub(crate) struct JobRequest {
     /// Parameters by name, as `/parameters` lists them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     parameters: BTreeMap<String, ParameterValue>,
-    /// Jobs of higher priority get workers first.
+    /// Jobs of higher priority get workers first; those above 0 are for operators to give.
     #[serde(default)]
     #[schema(minimum = -100, maximum = 100)]
     priority: i64,
@@ -229,10 +231,12 @@ pub(super) fn stage_name(number: i64) -> &'static str {
 pub(crate) async fn submit(
     State(service): State<Coordinator>,
     caller: Caller,
+    Extension(about): Extension<About>,
     headers: HeaderMap,
     Body(request): Body<JobRequest>,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
+    about.set(&request.city);
     let (job, new) = take_in(&service, caller, &headers, request, Vec::new()).await?;
     let status = if new { StatusCode::CREATED } else { StatusCode::OK };
     let place = format!("/api/v1/jobs/{}", job.id);
@@ -247,7 +251,7 @@ pub(crate) async fn take_in(
     request: JobRequest,
     callbacks: Vec<NewCallback>,
 ) -> Result<(Job, bool), Problem> {
-    check(&request, service).await?;
+    check(&request, service, &caller).await?;
     let key = headers.get("idempotency-key").map(|v| v.to_str().map(str::to_owned)).transpose();
     let key = key.map_err(|_| Problem::invalid("the idempotency key is not ASCII"))?;
     if key.as_ref().is_some_and(|k| k.is_empty() || k.len() > LONGEST) {
@@ -257,6 +261,7 @@ pub(crate) async fn take_in(
     let first = first_task(&request);
     let new = NewJob {
         city: request.city,
+        names: caller.sees(),
         owner: caller.name,
         idempotency_key: key,
         request: text,
@@ -284,22 +289,34 @@ pub(crate) fn first_task(request: &JobRequest) -> NewTask {
     NewTask { stage: 0, unit: "scene".to_owned(), input: input.to_string(), required: true, max_attempts: 3 }
 }
 
-/// What can be known to be wrong before the job begins.
-pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result<(), Problem> {
-    if request.city.trim().is_empty() || request.city.len() > LONGEST || request.city.chars().any(char::is_control) {
+/// An error unless a city may have this name.
+pub(super) fn checked_city(name: &str) -> Result<(), Problem> {
+    if name.trim().is_empty() || name.len() > LONGEST || name.chars().any(char::is_control) {
         return Err(Problem::invalid(format!("city has to be a name of 1 to {LONGEST} bytes")));
     }
+    Ok(())
+}
+
+/// What can be known to be wrong before the job begins.
+pub(super) async fn check(request: &JobRequest, service: &Coordinator, caller: &Caller) -> Result<(), Problem> {
+    checked_city(&request.city)?;
     if !(-100..=100).contains(&request.priority) {
         return Err(Problem::invalid("priority has to be -100 to 100"));
     }
+    caller.may_have_priority(request.priority)?;
     if request.source.trim().is_empty() {
         return Err(Problem::invalid("source has to name a mesh"));
     }
-    let source = service.roots.locate(&request.source).map_err(|e| Problem::source(e.to_string()))?;
-    if let Source::Upload(id) = source
-        && service.store.upload(&id).await?.is_none()
-    {
-        return Err(Problem::invalid(format!("there is no upload {id}: send the mesh by POST /api/v1/uploads")));
+    let roots = service.roots_of(caller)?;
+    let source = roots.locate(&request.source).map_err(|e| Problem::source(e.to_string()))?;
+    if let Source::Upload(id) = source {
+        let usable = match service.store.upload(&id).await? {
+            Some(upload) => service.may_use(caller, &upload).await?,
+            None => false,
+        };
+        if !usable {
+            return Err(Problem::invalid(format!("there is no upload {id}: send the mesh by POST /api/v1/uploads")));
+        }
     }
     let settings: Vec<_> = request.parameters.iter().map(|(name, value)| (name.clone(), value.text())).collect();
     let params =
@@ -310,7 +327,7 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
             return Err(Problem::invalid(format!("{} is for the workers to say, not for a job", changed.name)));
         }
         if changed.kind == "file" {
-            let found = service.roots.resolve(&changed.value(&params));
+            let found = roots.resolve(&changed.value(&params));
             found.map_err(|e| Problem::invalid(format!("{}: {e}", changed.name)))?;
         }
     }
@@ -326,7 +343,7 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator) -> Result
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     Query(query): Query<JobQuery>,
 ) -> Result<Json<JobPage>, Problem> {
     let limit = limit(query.limit, service.limits.page)?;
@@ -334,6 +351,7 @@ pub(crate) async fn list(
         states: query.state.into_iter().collect(),
         city: query.city,
         owner: query.owner,
+        seen_by: caller.sees(),
         before: query.before,
         ..JobFilter::default()
     };
@@ -357,7 +375,7 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn show(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
@@ -408,11 +426,10 @@ macro_rules! steering {
             )]
             pub(crate) async fn $name(
                 State(service): State<Coordinator>,
-                caller: Caller,
+                OfJob(caller): OfJob,
                 Path(id): Path<String>,
             ) -> Result<Json<JobView>, Problem> {
-                caller.needs(Scope::Submitter)?;
-                caller.may_steer(&service.store.job(&id).await?.owner)?;
+                service.steered_job(&caller, &id).await?;
                 service.store.$method(&id).await?;
                 let job = service.store.job(&id).await?;
                 tracing::info!(job = job.id, city = job.city, by = caller.name, $done);
@@ -449,15 +466,15 @@ steering! {
 )]
 pub(crate) async fn set_priority(
     State(service): State<Coordinator>,
-    caller: Caller,
+    OfJob(caller): OfJob,
     Path(id): Path<String>,
     Body(Priority { priority }): Body<Priority>,
 ) -> Result<Json<JobView>, Problem> {
-    caller.needs(Scope::Submitter)?;
     if !(-100..=100).contains(&priority) {
         return Err(Problem::invalid("priority has to be -100 to 100"));
     }
-    caller.may_steer(&service.store.job(&id).await?.owner)?;
+    service.steered_job(&caller, &id).await?;
+    caller.may_have_priority(priority)?;
     service.store.set_priority(&id, priority).await?;
     Ok(Json(JobView::of(service.store.job(&id).await?)))
 }

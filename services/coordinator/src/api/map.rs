@@ -1,7 +1,8 @@
 //! Where the units of a job lie, and what the mesh looks like from above.
 
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem};
+use crate::rights::OfJob;
+use crate::{Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
@@ -73,7 +74,7 @@ struct Extent {
 )]
 pub(crate) async fn show(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     Path(id): Path<String>,
 ) -> Result<Json<MapView>, Problem> {
     service.store.job(&id).await?;
@@ -108,7 +109,7 @@ async fn read(service: &Coordinator, artifact: &Artifact) -> Result<Extents, Pro
 )]
 pub(crate) async fn picture(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     headers: HeaderMap,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {

@@ -1,5 +1,6 @@
 //! The API under `/api/v1`, and its description.
 
+mod audit;
 mod blocks;
 mod buildings;
 mod caller;
@@ -13,6 +14,7 @@ mod files;
 mod health;
 pub(crate) mod jobs;
 mod map;
+mod members;
 mod metrics;
 mod parameters;
 mod parts;
@@ -55,7 +57,7 @@ use utoipa_swagger_ui::SwaggerUi;
     ),
     components(schemas(Problem)),
     tags(
-        (name = "cities", description = "What readers see: cities, their generations, buildings, tiles and files"),
+        (name = "cities", description = "What readers see: cities, their members, generations, buildings, tiles and files"),
         (name = "jobs", description = "Submitting and steering"),
         (name = "results", description = "What a job made"),
         (name = "uploads", description = "Meshes that are sent"),
@@ -97,6 +99,7 @@ pub fn router(service: Coordinator) -> Router {
             header::X_CONTENT_TYPE_OPTIONS,
             HeaderValue::from_static("nosniff"),
         ))
+        .layer(axum::middleware::from_fn_with_state(service.clone(), crate::audit::note))
         .layer(axum::middleware::from_fn(crate::access::log))
         .with_state(service)
 }
@@ -160,6 +163,10 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(cities::generations))
         .routes(routes!(cities::generation))
         .routes(routes!(cities::changes))
+        .routes(routes!(members::list))
+        .routes(routes!(members::put, members::remove))
+        .routes(routes!(members::roll_back))
+        .routes(routes!(audit::list))
         .routes(routes!(buildings::list))
         .routes(routes!(buildings::show))
         .routes(routes!(city_files::tiles))

@@ -3,7 +3,7 @@
 //! A client opens an upload, puts parts 1, 2, … in any order, and completes it with the list of them. What has come is listed at any
 //! time, so a client that was cut off, or started anew, sends what is missing. Each part may come with its SHA-256.
 
-use super::uploads::{checked_name, hold, no_room, quota, store_body};
+use super::uploads::{checked_name, hold, may_send_for, no_room, quota, store_body};
 use crate::extract::Body as JsonBody;
 use crate::pages::{removed, time};
 use crate::problem::Refused;
@@ -41,6 +41,10 @@ pub(crate) struct NewOpenUpload {
     /// Name of the file: a .zip of a folder of tiles, or a mesh in one file (.ply, .off, .glb, .obj).
     #[schema(min_length = 5, max_length = 200, example = "delft.zip")]
     name: String,
+    /// The city whose editors may use it as a source; if not given, only who sends it may.
+    #[serde(default)]
+    #[schema(max_length = 200)]
+    city: Option<String>,
 }
 
 /// An upload in parts.
@@ -49,6 +53,9 @@ pub(crate) struct OpenUploadView {
     id: String,
     /// Who sends it.
     owner: String,
+    /// The city whose editors may use what it becomes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    city: Option<String>,
     name: String,
     created: String,
     /// When it is forgotten if nothing comes.
@@ -87,6 +94,7 @@ impl OpenUploadView {
         Self {
             id: open.id,
             owner: open.owner,
+            city: open.city,
             name: open.name,
             created: time(open.created),
             expires: time(open.expires),
@@ -113,7 +121,9 @@ pub(super) fn none(id: &str) -> Problem {
 pub(super) async fn own(service: &Coordinator, caller: &Caller, id: &str) -> Result<OpenUpload, Problem> {
     caller.needs(Scope::Submitter)?;
     let open = service.store.find_open_upload(id).await?.ok_or_else(|| none(id))?;
-    caller.may_steer(&open.owner)?;
+    if open.owner != caller.name && caller.scope < Scope::Operator {
+        return Err(none(id));
+    }
     Ok(open)
 }
 
@@ -138,12 +148,13 @@ pub(super) async fn view(service: &Coordinator, id: &str) -> Result<OpenUploadVi
 pub(crate) async fn open(
     State(service): State<Coordinator>,
     caller: Caller,
-    JsonBody(NewOpenUpload { name }): JsonBody<NewOpenUpload>,
+    JsonBody(NewOpenUpload { name, city }): JsonBody<NewOpenUpload>,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
     checked_name(&name)?;
+    may_send_for(&service, &caller, city.as_deref()).await?;
     let id = uuid::Uuid::now_v7().to_string();
-    service.store.open_upload(&id, &caller.name, &name, quota(&service)).await?;
+    service.store.open_upload(&id, &caller.name, &name, city.as_deref(), quota(&service)).await?;
     let place = format!("/api/v1/open-uploads/{id}");
     Ok((StatusCode::CREATED, [(header::LOCATION, place)], Json(view(&service, &id).await?)).into_response())
 }

@@ -9,7 +9,7 @@ use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
-use gable_job_store::{JobStoreError, Missed, NewSchedule, RunOutcome, Schedule, ScheduleRun, Scope};
+use gable_job_store::{JobStoreError, Missed, NewSchedule, Role, RunOutcome, Schedule, ScheduleRun, Scope};
 use serde::{Deserialize, Serialize};
 use utoipa::openapi::schema::{ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
@@ -166,21 +166,21 @@ pub(crate) struct RunQuery {
 /// What is to be stored of a schedule that is found to hold.
 async fn checked(
     service: &Coordinator,
-    owner: &str,
+    caller: &Caller,
     name: String,
     wanted: ScheduleRequest,
 ) -> Result<NewSchedule, Problem> {
     if wanted.cron.len() > LONGEST_CRON || wanted.zone.len() > LONGEST_CRON {
         return Err(Problem::invalid(format!("cron and zone have to have at most {LONGEST_CRON} bytes each")));
     }
-    check(&wanted.job, service).await?;
+    check(&wanted.job, service, caller).await?;
     let refused = |e: crate::cron::CronRefused| Problem::invalid(e.to_string());
     let ticks = Ticks::new(&wanted.cron, &wanted.zone).map_err(refused)?;
     let next = ticks.after(service.store.clock().await?).map_err(refused)?;
     let request = serde_json::to_string(&wanted.job).map_err(|e| Problem::invalid(e.to_string()))?;
     Ok(NewSchedule {
         name,
-        owner: owner.to_owned(),
+        owner: caller.name.clone(),
         priority: wanted.job.priority(),
         city: wanted.job.city().to_owned(),
         request,
@@ -202,6 +202,16 @@ fn none(name: &str) -> Problem {
     Problem::not_found(format!("there is no schedule {name:?}"))
 }
 
+/// A schedule, if the caller sees its city.
+async fn seen(service: &Coordinator, caller: &Caller, name: &str) -> Result<Schedule, Problem> {
+    let schedule = service.store.schedule(name).await?.ok_or_else(|| none(name))?;
+    service.needs_role(caller, &schedule.said.city, Role::Viewer).await.map_err(|problem| match problem.status {
+        404 => none(name),
+        _ => problem,
+    })?;
+    Ok(schedule)
+}
+
 async fn view(service: &Coordinator, name: &str) -> Result<ScheduleView, Problem> {
     ScheduleView::of(service.store.schedule(name).await?.ok_or_else(|| none(name))?)
 }
@@ -215,10 +225,14 @@ async fn view(service: &Coordinator, name: &str) -> Result<ScheduleView, Problem
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     Query(query): Query<ScheduleQuery>,
 ) -> Result<Json<Vec<ScheduleView>>, Problem> {
-    let found = service.store.schedules(query.after.as_deref(), limit(query.limit, service.limits.page)?).await?;
+    let seen_by = caller.sees();
+    let found = service
+        .store
+        .schedules(seen_by.as_deref(), query.after.as_deref(), limit(query.limit, service.limits.page)?)
+        .await?;
     Ok(Json(found.into_iter().map(ScheduleView::of).collect::<Result<_, _>>()?))
 }
 
@@ -233,9 +247,10 @@ pub(crate) async fn list(
 )]
 pub(crate) async fn show(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     Path(name): Path<String>,
 ) -> Result<Json<ScheduleView>, Problem> {
+    seen(&service, &caller, &name).await?;
     Ok(Json(view(&service, &name).await?))
 }
 
@@ -266,7 +281,7 @@ pub(crate) async fn put(
         let detail = format!("the name of a schedule has 1 to {LONGEST} letters, digits, or . _ -");
         return Err(Problem::invalid(detail));
     }
-    let new = checked(&service, &caller.name, name.clone(), wanted).await?;
+    let new = checked(&service, &caller, name.clone(), wanted).await?;
     let made = service.store.add_schedule(&new).await?;
     if !made && !service.store.change_schedule(&new).await? {
         // It was removed just now.
@@ -331,12 +346,12 @@ pub(crate) async fn run(
 )]
 pub(crate) async fn runs(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     Path(name): Path<String>,
     Query(query): Query<RunQuery>,
 ) -> Result<Json<Vec<RunView>>, Problem> {
     let most = limit(query.limit, service.limits.page)?;
-    service.store.schedule(&name).await?.ok_or_else(|| none(&name))?;
+    seen(&service, &caller, &name).await?;
     let found = service.store.schedule_runs(&name, query.before, most).await?;
     Ok(Json(found.into_iter().map(RunView::of).collect()))
 }

@@ -1,7 +1,8 @@
 //! Where the buildings of a job cross the borders of blocks.
 
 use crate::problem::Refused;
-use crate::{Caller, Coordinator, Problem};
+use crate::rights::OfJob;
+use crate::{Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
 use gable_job_store::JobStoreError;
@@ -37,7 +38,7 @@ pub(crate) struct SeamView {
 )]
 pub(crate) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    _: OfJob,
     Path(id): Path<String>,
 ) -> Result<Json<Vec<SeamView>>, Problem> {
     service.store.job(&id).await?;

@@ -1,5 +1,6 @@
 //! Uploads: meshes that users send.
 
+use super::jobs::checked_city;
 use crate::extract::Query;
 use crate::pages::{removed, time};
 use crate::problem::Refused;
@@ -11,7 +12,7 @@ use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt as _;
-use gable_job_store::{Artifact, BlobId, JobStoreError, Scope, Upload, UploadQuota};
+use gable_job_store::{Artifact, BlobId, JobStoreError, Role, Scope, Upload, UploadQuota};
 use serde::{Deserialize, Serialize};
 use std::path::Path as FilePath;
 use std::time::Duration;
@@ -38,6 +39,9 @@ pub(crate) struct UploadQuery {
     /// Name of the file: a .zip of a folder of tiles, or a mesh in one file (.ply, .off, .glb, .obj).
     #[param(min_length = 5, max_length = 200)]
     name: String,
+    /// The city whose editors may use it as a source; if not given, only who sends it may.
+    #[param(max_length = 200)]
+    city: Option<String>,
 }
 
 /// A mesh that was sent.
@@ -49,6 +53,9 @@ pub(crate) struct UploadView {
     source: String,
     /// Who has sent it.
     owner: String,
+    /// The city whose editors may use it, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    city: Option<String>,
     name: String,
     /// Size of its files.
     bytes: u64,
@@ -63,6 +70,7 @@ impl UploadView {
             source: format!("upload:{}", upload.id),
             id: upload.id,
             owner: upload.owner,
+            city: upload.city,
             name: upload.name,
             bytes: upload.bytes,
             files: upload.files,
@@ -94,11 +102,12 @@ impl UploadView {
 pub(crate) async fn receive(
     State(service): State<Coordinator>,
     caller: Caller,
-    Query(UploadQuery { name }): Query<UploadQuery>,
+    Query(UploadQuery { name, city }): Query<UploadQuery>,
     body: Body,
 ) -> Result<Response, Problem> {
     caller.needs(Scope::Submitter)?;
     checked_name(&name)?;
+    may_send_for(&service, &caller, city.as_deref()).await?;
     let quota = quota(&service);
     let left = quota.bytes.saturating_sub(service.store.sent_bytes(&caller.name).await?);
     if left == 0 {
@@ -108,6 +117,7 @@ pub(crate) async fn receive(
     let file = folder.path().join("body");
     store_body(body, &file, service.limits.upload.min(left), "an upload").await?;
     let (upload, files) = take_in(&service, &caller.name, &name, folder.path(), &file).await?;
+    let upload = Upload { city, ..upload };
     service.store.add_upload(&upload, &files, quota).await?;
     let made = service.store.upload(&upload.id).await?.ok_or_else(|| none(&upload.id))?;
     Ok(UploadView::created(made))
@@ -132,6 +142,21 @@ pub(crate) async fn put(
     body: Body,
 ) -> Result<Response, Problem> {
     receive(service, caller, query, body).await
+}
+
+/// An error unless the caller may send a mesh for the editors of a city to use. A city that is nobody's yet is that of whoever submits its
+/// first job.
+pub(super) async fn may_send_for(service: &Coordinator, caller: &Caller, city: Option<&str>) -> Result<(), Problem> {
+    let Some(city) = city else { return Ok(()) };
+    checked_city(city)?;
+    if service.store.is_claimed(city).await? {
+        let allowed = service.needs_role(caller, city, Role::Editor).await;
+        return allowed.map_err(|problem| match problem.status {
+            404 => JobStoreError::NotAnEditor { city: city.to_owned() }.into(),
+            _ => problem,
+        });
+    }
+    Ok(())
 }
 
 /// What a caller may have on the service at a time.
@@ -179,6 +204,7 @@ pub(super) async fn take_in(
     let upload = Upload {
         id: uuid::Uuid::now_v7().to_string(),
         owner: owner.to_owned(),
+        city: None,
         name: name.to_owned(),
         bytes: kept.iter().map(|f| f.bytes).sum(),
         files: kept.len() as u64,
@@ -257,8 +283,8 @@ pub(super) async fn hold(service: &Coordinator, blobs: &[BlobId]) -> Result<(), 
         (status = 200, description = "At most 1000 of them", body = Vec<UploadView>),
     )
 )]
-pub(crate) async fn list(State(service): State<Coordinator>, _: Caller) -> Result<Json<Vec<UploadView>>, Problem> {
-    let all = service.store.uploads(None, PAGE).await?;
+pub(crate) async fn list(State(service): State<Coordinator>, caller: Caller) -> Result<Json<Vec<UploadView>>, Problem> {
+    let all = service.store.uploads(caller.sees().as_deref(), PAGE).await?;
     Ok(Json(all.into_iter().map(UploadView::of).collect()))
 }
 
@@ -277,6 +303,14 @@ pub(crate) async fn remove(
     Path(id): Path<String>,
 ) -> Result<StatusCode, Problem> {
     caller.needs(Scope::Submitter)?;
-    caller.may_steer(&service.store.upload(&id).await?.ok_or_else(|| none(&id))?.owner)?;
+    let upload = service.store.upload(&id).await?.ok_or_else(|| none(&id))?;
+    if upload.owner != caller.name {
+        // Others of its city see it, and only its owners may do this.
+        let city = upload.city.as_deref().unwrap_or_default();
+        service.needs_role(&caller, city, Role::Owner).await.map_err(|problem| match problem.status {
+            404 => none(&id),
+            _ => problem,
+        })?;
+    }
     removed(service.store.remove_upload(&id).await?, || none(&id))
 }

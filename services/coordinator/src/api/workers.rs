@@ -4,6 +4,7 @@ use crate::pages::time;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::State;
+use gable_job_store::Scope;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -18,7 +19,7 @@ pub(crate) struct WorkerView {
     started: String,
     /// When it was last seen.
     seen: String,
-    /// What it does.
+    /// What it does; told to operators.
     #[serde(skip_serializing_if = "Option::is_none")]
     task: Option<String>,
     /// Memory in use, bytes.
@@ -32,7 +33,7 @@ pub(crate) struct WorkerView {
         (status = 200, description = "The workers", body = Vec<WorkerView>),
     )
 )]
-pub(crate) async fn list(State(service): State<Coordinator>, _: Caller) -> Result<Json<Vec<WorkerView>>, Problem> {
+pub(crate) async fn list(State(service): State<Coordinator>, caller: Caller) -> Result<Json<Vec<WorkerView>>, Problem> {
     let workers = service.store.workers().await?;
     let view = workers.into_iter().map(|w| WorkerView {
         id: w.id,
@@ -41,7 +42,8 @@ pub(crate) async fn list(State(service): State<Coordinator>, _: Caller) -> Resul
         version: w.version,
         started: time(w.started),
         seen: time(w.seen),
-        task: w.task,
+        // It names jobs and cities, whosever they are.
+        task: w.task.filter(|_| caller.scope == Scope::Operator),
         memory: w.memory,
     });
     Ok(Json(view.collect()))

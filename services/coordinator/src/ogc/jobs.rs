@@ -52,11 +52,11 @@ pub(super) fn status_info(base: &Base, job: &Job, progress: Option<i64>) -> Valu
     info
 }
 
-async fn found(service: &Coordinator, id: &str) -> Result<Job, Problem> {
-    match service.store.job(id).await {
-        Err(JobStoreError::NoJob(_)) => Err(no_such_job(id)),
-        other => Ok(other?),
-    }
+async fn found(service: &Coordinator, caller: &Caller, id: &str) -> Result<Job, Problem> {
+    service.seen_job(caller, id).await.map_err(|problem| match problem.status {
+        404 => no_such_job(id),
+        _ => problem,
+    })
 }
 
 /// Percent of the tasks known so far that are over.
@@ -76,11 +76,11 @@ async fn progress(store: &Store, job: &Job) -> Result<i64, JobStoreError> {
 
 pub(super) async fn show(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     base: Base,
     Path(id): Path<String>,
 ) -> Result<Json<Value>, Problem> {
-    let job = found(&service, &id).await?;
+    let job = found(&service, &caller, &id).await?;
     let progress = progress(&service.store, &job).await?;
     Ok(Json(status_info(&base, &job, Some(progress))))
 }
@@ -91,8 +91,8 @@ pub(super) async fn dismiss(
     base: Base,
     Path(id): Path<String>,
 ) -> Result<Json<Value>, Problem> {
-    let job = found(&service, &id).await?;
-    caller.may_steer(&job.owner)?;
+    let job = found(&service, &caller, &id).await?;
+    service.steered_job(&caller, &id).await?;
     match job.state {
         JobState::Cancelled => {
             let detail = format!("job {id} was dismissed already");
@@ -104,18 +104,18 @@ pub(super) async fn dismiss(
         }
         _ => service.store.cancel(&id).await?,
     }
-    let job = found(&service, &id).await?;
+    let job = found(&service, &caller, &id).await?;
     tracing::info!(job = job.id, city = job.city, by = caller.name, "job cancelled");
     Ok(Json(status_info(&base, &job, None)))
 }
 
 pub(super) async fn results(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     base: Base,
     Path(id): Path<String>,
 ) -> Result<Response, Problem> {
-    let job = found(&service, &id).await?;
+    let job = found(&service, &caller, &id).await?;
     match job.state {
         JobState::Successful | JobState::Partial => {}
         JobState::Failed => {
@@ -183,7 +183,7 @@ pub(super) struct ListQuery {
 
 pub(super) async fn list(
     State(service): State<Coordinator>,
-    _: Caller,
+    caller: Caller,
     base: Base,
     Query(query): Query<ListQuery>,
 ) -> Result<Json<Value>, Problem> {
@@ -200,6 +200,7 @@ pub(super) async fn list(
             min_duration: query.min_duration.map(|s| s.saturating_mul(1000)),
             max_duration: query.max_duration.map(|s| s.saturating_mul(1000)),
             before: query.before.clone(),
+            seen_by: caller.sees(),
             ..JobFilter::default()
         };
         found = service.store.jobs(&filter, limit + 1).await?;

@@ -12,6 +12,7 @@ mod ogc;
 mod parts;
 mod schedules;
 mod security;
+mod tenants;
 mod webhooks;
 
 /// A service with an empty database, and the worker's side of it.
@@ -42,11 +43,17 @@ async fn start_in(folder: Arc<tempfile::TempDir>, limits: Limits) -> Service {
     // Most tests are about something else than tokens.
     let mut parts = Coordinator::new(store, blobs, SourceRoots::new([root], []).expect("the root"), limits);
     parts.open = true;
+    let address = serve(&parts).await;
+    Service { address, parts, folder }
+}
+
+/// Serves; gives the address.
+async fn serve(parts: &Coordinator) -> String {
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));
     let app = router(parts.clone());
     tokio::spawn(async move { axum::serve(listener, app).await });
-    Service { address, parts, folder }
+    address
 }
 
 /// An answer: status, headers, body.
@@ -76,6 +83,11 @@ impl Answer {
 }
 
 impl Service {
+    /// The same once more, with what its parts are now.
+    async fn again(self) -> Self {
+        Self { address: serve(&self.parts).await, ..self }
+    }
+
     async fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: Option<String>) -> Answer {
         let mut request = ureq::http::Request::builder().method(method).uri(format!("{}{path}", self.address));
         for (name, value) in headers {
@@ -347,7 +359,7 @@ async fn events_are_polled_and_streamed() {
 async fn tokens_close_the_service() {
     let service = start().await;
     let token = async |name: &str, scope, max_jobs| {
-        let new = NewToken { name: name.to_owned(), scope, max_jobs, expires: None };
+        let new = NewToken { name: name.to_owned(), scope, groups: Vec::new(), max_jobs, expires: None };
         format!("Bearer {}", create_token(&service.parts.store, &new).await.expect("made").expect("the name is free"))
     };
     let ann = token("ann", Scope::Submitter, Some(1)).await;
@@ -367,8 +379,8 @@ async fn tokens_close_the_service() {
     let quota = service.submit(&request, &[("authorization", &ann)]).await.problem(429, "quota");
     assert_eq!(quota, "ann may have 1 jobs under way: wait for one, or cancel one");
     let cancel = format!("{}/cancel", made.header("location"));
-    service.ask("POST", &cancel, &[("authorization", &view)], None).await.problem(403, "forbidden");
-    service.ask("POST", &cancel, &[("authorization", &bob)], None).await.problem(403, "forbidden");
+    service.ask("POST", &cancel, &[("authorization", &view)], None).await.problem(404, "not-found");
+    service.ask("POST", &cancel, &[("authorization", &bob)], None).await.problem(404, "not-found");
     assert_eq!(service.ask("POST", &cancel, &[("authorization", &root)], None).await.status, 200);
     assert_eq!(service.submit(&request, &[("authorization", &ann)]).await.status, 201, "the quota is free again");
 }
@@ -379,7 +391,13 @@ async fn a_token_that_is_taken_away_ends_at_once_for_doing_and_soon_for_looking(
     let two = start_in(Arc::clone(&one.folder), Limits::default()).await;
     let store = &two.parts.store;
     let token = async |name: &str| {
-        let new = NewToken { name: name.to_owned(), scope: Scope::Operator, max_jobs: None, expires: None };
+        let new = NewToken {
+            name: name.to_owned(),
+            scope: Scope::Operator,
+            groups: Vec::new(),
+            max_jobs: None,
+            expires: None,
+        };
         format!("Bearer {}", create_token(store, &new).await.expect("made").expect("the name is free"))
     };
     let (ann, _) = (token("ann").await, token("root").await);
@@ -399,7 +417,13 @@ async fn a_token_that_is_taken_away_ends_at_once_for_doing_and_soon_for_looking(
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_quota_holds_for_submissions_at_once() {
     let service = start().await;
-    let new = NewToken { name: "ann".to_owned(), scope: Scope::Submitter, max_jobs: Some(3), expires: None };
+    let new = NewToken {
+        name: "ann".to_owned(),
+        scope: Scope::Submitter,
+        groups: Vec::new(),
+        max_jobs: Some(3),
+        expires: None,
+    };
     let token = create_token(&service.parts.store, &new).await.expect("made").expect("the name is free");
     let token = format!("Bearer {token}");
     let request = json!({ "source": "mesh.obj", "city": "delft" });

@@ -126,7 +126,13 @@ async fn quotas_hold_for_parts_as_for_whole_uploads() {
     let limits = Limits { uploads: 100, open_uploads: 2, time: Duration::from_secs(20), ..Limits::default() };
     let service = start_with(limits).await;
     let token = async |name: &str| {
-        let new = NewToken { name: name.to_owned(), scope: Scope::Submitter, max_jobs: None, expires: None };
+        let new = NewToken {
+            name: name.to_owned(),
+            scope: Scope::Submitter,
+            groups: Vec::new(),
+            max_jobs: None,
+            expires: None,
+        };
         format!("Bearer {}", create_token(&service.parts.store, &new).await.expect("made").expect("the name is free"))
     };
     let (ann, bob) = (token("ann").await, token("bob").await);
@@ -142,8 +148,8 @@ async fn quotas_hold_for_parts_as_for_whole_uploads() {
     assert!(third.contains("2 uploads under way"), "{third}");
     assert_eq!(open(&bob).await.status, 201, "each token has its own");
     // Others neither see nor steer it.
-    ask(&bob, "GET", &format!("/open-uploads/{first}"), String::new()).await.problem(403, "forbidden");
-    ask(&bob, "PUT", &format!("/open-uploads/{first}/parts/1"), "x".to_owned()).await.problem(403, "forbidden");
+    ask(&bob, "GET", &format!("/open-uploads/{first}"), String::new()).await.problem(404, "not-found");
+    ask(&bob, "PUT", &format!("/open-uploads/{first}/parts/1"), "x".to_owned()).await.problem(404, "not-found");
 
     let put = async |id: &str, number: u32, bytes: usize| {
         ask(&ann, "PUT", &format!("/open-uploads/{id}/parts/{number}"), "x".repeat(bytes)).await

@@ -114,7 +114,7 @@ async fn nothing_is_open_by_itself() {
 async fn ogc_and_figures_need_a_token_as_well() {
     let service = start().await;
     let token = async |name: &str, scope, max_jobs| {
-        let new = NewToken { name: name.to_owned(), scope, max_jobs, expires: None };
+        let new = NewToken { name: name.to_owned(), scope, groups: Vec::new(), max_jobs, expires: None };
         format!("Bearer {}", create_token(&service.parts.store, &new).await.expect("made").expect("the name is free"))
     };
     let ann = token("ann", Scope::Submitter, Some(1)).await;
@@ -133,14 +133,21 @@ async fn ogc_and_figures_need_a_token_as_well() {
     assert_eq!(made.status, 201);
     execute(&service, &ann).await.problem(429, "quota");
     let place = format!("/ogc/jobs/{}", made.json()["jobID"].as_str().expect("an id"));
-    service.ask("DELETE", &place, &[("authorization", &view)], None).await.problem(403, "forbidden");
+    let kind = "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/no-such-job";
+    service.ask("DELETE", &place, &[("authorization", &view)], None).await.problem(404, kind);
     assert_eq!(service.ask("DELETE", &place, &[("authorization", &ann)], None).await.status, 200);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_repeated_submission_is_answered_though_the_quota_is_used_up() {
     let service = start().await;
-    let new = NewToken { name: "ann".to_owned(), scope: Scope::Submitter, max_jobs: Some(1), expires: None };
+    let new = NewToken {
+        name: "ann".to_owned(),
+        scope: Scope::Submitter,
+        groups: Vec::new(),
+        max_jobs: Some(1),
+        expires: None,
+    };
     let token = create_token(&service.parts.store, &new).await.expect("made").expect("the name is free");
     let token = format!("Bearer {token}");
     let request = json!({ "source": "mesh.obj", "city": "delft" });

@@ -9,6 +9,7 @@ Examples:
   gable token create ann --scope submitter --max-jobs 4 --days 90
   gable token create grafana --scope viewer
   gable token list
+  gable token rotate ann --grace 24
   gable token revoke ann
   curl -H \"authorization: Bearer $GABLE_TOKEN\" localhost:8080/api/v1/jobs
 
@@ -34,6 +35,14 @@ pub(crate) enum TokenAction {
     Create(NewTokenArgs),
     /// List the tokens: names, scopes, quotas, ends
     List,
+    /// Put a new token in the place of one, and print it, once; what it allows stays, and so do the cities of its holder
+    Rotate {
+        /// Whose it is
+        name: String,
+        /// How long the one before opens as well, hours
+        #[arg(long, value_name = "H", default_value_t = 0.0)]
+        grace: f64,
+    },
     /// Take a token away
     Revoke {
         /// Whose it is
@@ -46,9 +55,12 @@ pub(crate) enum TokenAction {
 pub(crate) struct NewTokenArgs {
     /// Whose it is; jobs that are submitted with it bear this name
     pub(crate) name: String,
-    /// What it allows: viewer (look), submitter (submit, and steer one's own jobs), operator (steer all)
+    /// What it allows: viewer (look), submitter (submit, and steer one's own jobs), operator (everything)
     #[arg(long, value_name = "SCOPE", value_parser = scope)]
     pub(crate) scope: Scope,
+    /// A group that its holder is in; may be given many times
+    #[arg(long = "group", value_name = "NAME")]
+    pub(crate) groups: Vec<String>,
     /// Most jobs under way
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(i64).range(0..))]
     pub(crate) max_jobs: Option<i64>,

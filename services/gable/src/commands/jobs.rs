@@ -61,7 +61,7 @@ pub(crate) fn submit(args: &SubmitArgs, quiet: bool) -> anyhow::Result<Outcome> 
             result => return end(&remote, result?, args.watch, args.json),
         }
     }
-    body["source"] = send::send(&remote, &Mesh::at(path)?, quiet)?.into();
+    body["source"] = send::send(&remote, &Mesh::at(path)?, &args.city, quiet)?.into();
     end(&remote, ask(&body)?, args.watch, args.json)
 }
 

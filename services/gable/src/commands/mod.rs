@@ -1,6 +1,7 @@
 //! The commands.
 
 mod bench;
+mod city;
 mod demo;
 mod download;
 mod eval;
@@ -40,6 +41,8 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Cancel(args) => jobs::cancel(args),
         Command::Retry(args) => jobs::retry(args),
         Command::Download(args) => download::run(args, cli.global.quiet),
+        Command::City(args) => city::run(args),
+        Command::Audit(args) => city::audit(args),
         Command::Schedule(args) => schedule::run(args),
         Command::Task(args) => task::run(args),
     }

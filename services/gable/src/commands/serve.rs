@@ -35,7 +35,9 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         private_webhooks: args.private_webhooks,
         ..Limits::default()
     };
-    let mut coordinator = Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.roots.clone(), limits);
+    let mut coordinator =
+        Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.shared_roots.clone(), limits);
+    coordinator.group_roots = parts.group_roots.clone();
     coordinator.open = args.open;
     coordinator.folder = service::incoming(&args.keep.at.data)?;
     say_who_may_ask(&parts.store, args.open).await?;
@@ -45,6 +47,8 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     let collect_stop = stop.clone();
     let (ticking, tick_stop) = (coordinator.clone(), stop.clone());
     let ticking = gable_coordinator::tick(&ticking, tick_stop);
+    let (noting, note_stop) = (coordinator.clone(), stop.clone());
+    let noting = gable_coordinator::keep_audit(&noting, note_stop);
     let delivering = gable_coordinator::deliver(&parts.store, args.private_webhooks, stop.clone());
     let serving = async {
         let stopped = async move {
@@ -60,7 +64,16 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         hours("keep-age", args.keep_age)?,
         collect_stop,
     );
-    let (working, (), (), (), delivering) = tokio::join!(working, serving, collecting, ticking, delivering);
+    let (working, (), (), (), delivering) = tokio::join!(
+        working,
+        // What was asked for last is noted, too.
+        async {
+            tokio::join!(serving, noting);
+        },
+        collecting,
+        ticking,
+        delivering
+    );
     working.and(delivering.context("sending to webhooks"))
 }
 

@@ -3,7 +3,7 @@
 use crate::cli::{NewTokenArgs, TokenAction, TokenArgs};
 use crate::exit::{Outcome, UsageError};
 use crate::{service, table, terminal};
-use gable_coordinator::{NewToken, create_token};
+use gable_coordinator::{NewToken, create_token, rotate_token};
 use gable_job_store::Store;
 use std::time::{Duration, SystemTime};
 
@@ -17,9 +17,10 @@ pub(crate) fn run(args: &TokenArgs) -> anyhow::Result<Outcome> {
         match &args.action {
             TokenAction::Create(new) => create(&store, new, args.json).await,
             TokenAction::List => list(&store, args.json).await,
+            TokenAction::Rotate { name, grace } => rotate(&store, name, *grace, args.json).await,
             TokenAction::Revoke { name } => match store.remove_token(name).await? {
                 true => Ok(()),
-                false => Err(UsageError(format!("there is no token {name:?}: gable token list has all")).into()),
+                false => Err(none(name)),
             },
         }
     })?;
@@ -31,18 +32,50 @@ async fn create(store: &Store, args: &NewTokenArgs, json: bool) -> anyhow::Resul
     if name.is_empty() || name.len() > LONGEST || name.chars().any(char::is_control) {
         return Err(UsageError(format!("the name has to have 1 to {LONGEST} bytes")).into());
     }
-    let expires = args.days.map(end).transpose()?;
-    let new = NewToken { name: name.to_owned(), scope: args.scope, max_jobs: args.max_jobs, expires };
-    let token = create_token(store, &new).await?.ok_or_else(|| {
-        UsageError(format!("there is a token {name:?} already: revoke it first, or take another name"))
-    })?;
-    if json {
-        terminal::json(&serde_json::json!({ "name": name, "scope": args.scope, "token": token }));
-    } else {
-        terminal::stdout(&token);
-        terminal::stderr_line("keep it: it is not shown again");
+    if name.starts_with("group:") {
+        return Err(UsageError(format!("{name:?} is how members of cities name a group: take another name")).into());
     }
+    for group in &args.groups {
+        let plain = |c: char| c.is_alphanumeric() || "._-".contains(c);
+        if group.is_empty() || group.len() > LONGEST || !group.chars().all(plain) {
+            return Err(UsageError(format!("--group {group:?}: a group has letters, digits, and . _ -")).into());
+        }
+    }
+    let expires = args.days.map(end).transpose()?;
+    let new = NewToken {
+        name: name.to_owned(),
+        scope: args.scope,
+        groups: args.groups.clone(),
+        max_jobs: args.max_jobs,
+        expires,
+    };
+    let token = create_token(store, &new).await?.ok_or_else(|| {
+        UsageError(format!("there is a token {name:?} already: rotate or revoke it, or take another name"))
+    })?;
+    tell(&token, json.then(|| serde_json::json!({ "name": name, "scope": args.scope, "token": token })));
     Ok(())
+}
+
+async fn rotate(store: &Store, name: &str, grace: f64, json: bool) -> anyhow::Result<()> {
+    let wrong = || UsageError(format!("--grace {grace}: give a number of hours, 0 or above"));
+    let grace = Duration::try_from_secs_f64(grace * 3600.0).map_err(|_| wrong())?;
+    let token = rotate_token(store, name, grace).await?.ok_or_else(|| none(name))?;
+    tell(&token, json.then(|| serde_json::json!({ "name": name, "token": token })));
+    Ok(())
+}
+
+fn tell(token: &str, json: Option<serde_json::Value>) {
+    match json {
+        Some(answer) => terminal::json(&answer),
+        None => {
+            terminal::stdout(token);
+            terminal::stderr_line("keep it: it is not shown again");
+        }
+    }
+}
+
+fn none(name: &str) -> anyhow::Error {
+    UsageError(format!("there is no token {name:?}: gable token list has all")).into()
 }
 
 /// The time after so many days, milliseconds since 1970.
@@ -60,18 +93,18 @@ async fn list(store: &Store, json: bool) -> anyhow::Result<()> {
         let list: Vec<_> = tokens
             .iter()
             .map(|t| {
-                serde_json::json!({ "name": t.name, "scope": t.scope, "max_jobs": t.max_jobs,
+                serde_json::json!({ "name": t.name, "scope": t.scope, "groups": t.groups, "max_jobs": t.max_jobs,
                     "created": time(t.created), "expires": t.expires.map(time) })
             })
             .collect();
         terminal::json(&list);
         return Ok(());
     }
-    let mut rows = vec![["name", "scope", "max jobs", "created", "expires"].map(str::to_owned).to_vec()];
+    let mut rows = vec![["name", "scope", "groups", "max jobs", "created", "expires"].map(str::to_owned).to_vec()];
     rows.extend(tokens.into_iter().map(|t| {
         let most = t.max_jobs.map_or_else(|| "-".to_owned(), |n| n.to_string());
         let expires = t.expires.map_or_else(|| "-".to_owned(), time);
-        vec![t.name, t.scope.name().to_owned(), most, time(t.created), expires]
+        vec![t.name, t.scope.name().to_owned(), t.groups.join(", "), most, time(t.created), expires]
     }));
     terminal::stdout(&table::render(&rows));
     Ok(())

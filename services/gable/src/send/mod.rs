@@ -101,9 +101,9 @@ fn whole(path: &Path, mut out: impl Write) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// If it cannot be read, or the service refuses it or stays away.
-pub(crate) fn send(remote: &Remote, mesh: &Mesh, quiet: bool) -> anyhow::Result<String> {
+pub(crate) fn send(remote: &Remote, mesh: &Mesh, city: &str, quiet: bool) -> anyhow::Result<String> {
     let bytes = mesh.bytes()?;
-    let mut sender = PartSender::open(remote, &mesh.name(), bytes, quiet)?;
+    let mut sender = PartSender::open(remote, &mesh.name(), city, bytes, quiet)?;
     if !quiet {
         terminal::stderr_line(&format!(
             "sending {} ({:.1} MB), for the service cannot see it",

@@ -44,12 +44,16 @@ pub(super) struct PartSender<'a> {
 
 impl<'a> PartSender<'a> {
     /// Begins an upload, or goes on with one of the same name that was cut off.
-    pub(super) fn open(remote: &'a Remote, name: &str, bytes: u64, quiet: bool) -> anyhow::Result<Self> {
+    pub(super) fn open(remote: &'a Remote, name: &str, city: &str, bytes: u64, quiet: bool) -> anyhow::Result<Self> {
         let before = patiently(|| remote.get("/open-uploads"))?;
-        let same = before.as_array().into_iter().flatten().find(|u| u["name"] == name && u["state"] == "open");
+        let same = before
+            .as_array()
+            .into_iter()
+            .flatten()
+            .find(|u| u["name"] == name && u["city"] == city && u["state"] == "open");
         let open = match same {
             Some(before) => patiently(|| remote.get(&place(before["id"].as_str().unwrap_or_default())))?,
-            None => patiently(|| remote.post("/open-uploads", &[], Some(&json!({ "name": name }))))?,
+            None => patiently(|| remote.post("/open-uploads", &[], Some(&json!({ "name": name, "city": city }))))?,
         };
         let number = |member: &str| {
             open[member].as_u64().filter(|n| *n > 0).ok_or_else(|| anyhow!("the service does not say its {member}"))

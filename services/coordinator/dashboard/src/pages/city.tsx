@@ -1,16 +1,18 @@
 // A city: its generations, and what a refresh changed.
 
 import { useMemo, useState } from 'preact/hooks';
-import { ApiError, type Change, type City, type Generation, cityPlace, filesOf, pages } from '../api';
+import { ApiError, type Change, type City, type Generation, type Member, cityPlace, filesOf, pages } from '../api';
 import { ago, count, plural } from '../format';
 import { type Route, link, replaceQuery } from '../router';
 import { Columns, Empty, Failure, Loading, useGet, useNow } from '../ui';
+import { Members, RollBack, useOwns } from './members';
 import { type Roof, roofsByBuilding } from './pictures';
 
 export function CityPage({ name, route }: { name: string; route: Route }) {
   const path = `/cities/${encodeURIComponent(name)}`;
   const { value: city, error, again } = useGet<City>(path);
-  const { value: generations } = useGet<Generation[]>(`${path}/generations`, (p) =>
+  const owns = useOwns(useGet<Member[]>(`${path}/members`).value);
+  const { value: generations, again: reload } = useGet<Generation[]>(`${path}/generations`, (p) =>
     pages<Generation, { generations: Generation[]; next?: number }>(p, (page) => page.generations, 'before', 1000));
   const now = useNow(30_000);
   if (error instanceof ApiError && error.status === 404) return <Failure error={error}><a href={link(['cities'])}>All cities</a></Failure>;
@@ -44,7 +46,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
             <tbody>
               {generations.map((g) => (
                 <tr key={g.number} aria-current={g.number === to ? 'true' : undefined}>
-                  <th scope="row">{g.number}{g.partial && <small class="state partial"> ◒ partial</small>}</th>
+                  <th scope="row">{g.number}{g.partial && <small class="state partial"> ◒ partial</small>}{g.restored && <small class="dim"> as {g.restored} was</small>}</th>
                   <td data-label="Published"><time dateTime={g.made}>{ago(g.made, now)}</time></td>
                   <td class="number" data-label="Buildings">{count(g.buildings)}</td>
                   <td class="number added" data-label="Added">{g.added || ''}</td>
@@ -54,6 +56,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
                     <button onClick={() => replaceQuery(route, { to: String(g.number), from: String(g.number - 1) })}>What changed</button>
                     <a class="button" href={link(['cities', name, 'view'], { generation: g.number })}>Open</a>
                     <a class="button" href={link(['jobs', g.job])}>Job</a>
+                    {owns && g.number !== current.number && <RollBack city={name} generation={g.number} then={() => { again(); reload(); }} />}
                   </td>
                 </tr>
               ))}
@@ -61,6 +64,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
           </table>
         </div>
       </section>
+      <Members city={name} />
       <Changes key={`${from}-${to}`} name={name} from={from} to={to} />
     </>
   );
