@@ -69,6 +69,16 @@ impl Process {
         (process, line)
     }
 
+    /// Starts a command of the binary.
+    ///
+    /// # Panics
+    /// If it cannot be started.
+    #[must_use]
+    pub fn of(arguments: &[&str]) -> Self {
+        let arguments: Vec<String> = arguments.iter().map(|a| (*a).to_owned()).collect();
+        Self::start(&arguments, &[], None).0
+    }
+
     /// Its number.
     #[must_use]
     pub fn id(&self) -> u32 {
@@ -226,9 +236,19 @@ impl Service {
         self.variables.push((name.to_owned(), value.to_owned()));
     }
 
+    /// The folder of data of its processes of a kind: `serve` or `work`.
+    #[must_use]
+    pub fn data(&self, kind: &str) -> PathBuf {
+        self.folder.path().join(kind)
+    }
+
     fn arguments(&self, command: &str, data: &str, more: &[&str]) -> Vec<String> {
-        let data = self.folder.path().join(data).display().to_string();
-        let root = self.root.display().to_string();
+        self.arguments_seeing(&self.root, command, data, more)
+    }
+
+    fn arguments_seeing(&self, root: &Path, command: &str, data: &str, more: &[&str]) -> Vec<String> {
+        let data = self.data(data).display().to_string();
+        let root = root.display().to_string();
         let lease = self.lease.to_string();
         let all = [
             command,
@@ -285,7 +305,17 @@ impl Service {
     /// If it does not start.
     #[must_use]
     pub fn work(&self, more: &[&str]) -> Process {
-        let arguments = self.arguments("work", "work", &[&["--slots", "1"], more].concat());
+        self.work_seeing(&self.root, more)
+    }
+
+    /// Starts a worker that sees the meshes below another folder.
+    ///
+    /// # Panics
+    /// If it does not start.
+    #[must_use]
+    pub fn work_seeing(&self, root: &Path, more: &[&str]) -> Process {
+        let slots: &[&str] = if more.contains(&"--slots") { &[] } else { &["--slots", "1"] };
+        let arguments = self.arguments_seeing(root, "work", "work", &[slots, more].concat());
         Process::start(&arguments, &self.variables, None).0
     }
 

@@ -364,7 +364,7 @@ impl Store {
     }
 
     /// Publishes what a job made as its city's next generation, and notes it among the job's events. Held back, with the
-    /// reason as an event, if readers would be worse off: the current generation is of a later job, or is whole where this
+    /// reason as an event, if nothing has changed, or readers would be worse off: the current generation is of a later job, or is whole where this
     /// one is partial. The job is locked already.
     pub(crate) async fn publish(
         &self,
@@ -385,7 +385,7 @@ impl Store {
         // Locks the city: generations come one after the other.
         sqlx::query("UPDATE city SET created = created WHERE name = $1").bind(&city).execute(&mut **tx).await?;
         let row = sqlx::query(
-            "SELECT generation.number, generation.job, generation.partial FROM city \
+            "SELECT generation.number, COALESCE(generation.confirmed, generation.job) AS job, generation.partial, generation.crs FROM city \
              JOIN generation ON generation.city = city.name AND generation.number = city.generation WHERE city.name = $1",
         )
         .bind(&city)
@@ -406,6 +406,15 @@ impl Store {
                 let about = About { message: Some(&reason), ..About::default() };
                 self.note(tx, job, EventKind::Withheld, about).await?;
                 return Ok(Published::Withheld(reason));
+            }
+            let same = (partial != 0) == (failed > 0) && row.try_get::<&str, _>("crs")? == publication.crs;
+            if same && self.is_unchanged(tx, &city, job, &publication.buildings).await? {
+                let statement = "UPDATE generation SET confirmed = $3 WHERE city = $1 AND number = $2";
+                sqlx::query(statement).bind(&city).bind(last).bind(job).execute(&mut **tx).await?;
+                let message = format!("generation {last} of {city} holds: nothing has changed");
+                let about = About { message: Some(&message), ..About::default() };
+                self.note(tx, job, EventKind::Unchanged, about).await?;
+                return Ok(Published::Unchanged(last));
             }
         }
         let number = last + 1;
@@ -434,6 +443,48 @@ impl Store {
         let message = format!("generation {number} of {city}");
         self.note(tx, job, EventKind::Published, About { message: Some(&message), ..About::default() }).await?;
         Ok(Published::Generation(number))
+    }
+
+    /// Whether a city has these buildings and the files that a job made already; reports do not count, for they tell times.
+    async fn is_unchanged(
+        &self,
+        tx: &mut Tx,
+        city: &str,
+        job: &str,
+        buildings: &[CityBuilding],
+    ) -> Result<bool, JobStoreError> {
+        let rows = sqlx::query("SELECT id, hash, tile FROM building WHERE city = $1 AND until IS NULL")
+            .bind(city)
+            .fetch_all(&mut **tx)
+            .await?;
+        let mut before = BTreeSet::new();
+        for row in &rows {
+            before.insert((
+                row.try_get::<&str, _>("id")?,
+                row.try_get::<&str, _>("hash")?,
+                row.try_get::<&str, _>("tile")?,
+            ));
+        }
+        let now: BTreeSet<_> = buildings.iter().map(|b| (b.id.as_str(), b.hash.as_str(), b.tile.as_str())).collect();
+        if now != before {
+            return Ok(false);
+        }
+        let made = "SELECT path, blob, bytes FROM artifact WHERE job = $1 AND SUBSTR(path, 1, LENGTH($2)) = $2";
+        let made = sqlx::query(made).bind(job).bind(RESULT).fetch_all(&mut **tx).await?;
+        let known = "SELECT path, blob, bytes FROM city_file WHERE city = $1 AND until IS NULL";
+        let known = sqlx::query(known).bind(city).fetch_all(&mut **tx).await?;
+        let counted = |rows: &[AnyRow]| -> Result<BTreeSet<(String, crate::BlobId)>, JobStoreError> {
+            let mut files = BTreeSet::new();
+            for row in rows {
+                let file = Artifact::read(row)?;
+                let path = file.path.strip_prefix(RESULT).unwrap_or(&file.path).to_owned();
+                if !matches!(path.as_str(), "report.html" | "report.json") {
+                    files.insert((path, file.blob));
+                }
+            }
+            Ok(files)
+        };
+        Ok(counted(&made)? == counted(&known)?)
     }
 
     /// Ends what no longer holds and adds what is new; returns how many were added, removed and changed.

@@ -7,8 +7,8 @@
 use crate::database::Tx;
 use crate::events::About;
 use crate::{
-    Artifact, Attempt, Cause, Consequence, EventKind, JobState, JobStoreError, NewTask, Publication, Reaped, Store,
-    TaskState,
+    Artifact, Attempt, Cause, Claimant, Consequence, EventKind, JobState, JobStoreError, NewTask, Publication, Reaped,
+    Store, TaskState,
 };
 use sqlx::Row;
 use std::time::Duration;
@@ -30,8 +30,10 @@ pub struct Claim {
     pub input: String,
     /// The number under which it is held.
     pub fence: i64,
-    /// Which attempt this is, from 1.
+    /// Which attempt this is, from 1; those whose leases ran out do not count.
     pub attempt: i64,
+    /// The process of the worker.
+    pub node: String,
 }
 
 impl Claim {
@@ -56,6 +58,10 @@ pub enum Retry {
     After(Duration),
     /// Never: it would fail again.
     Never,
+    /// After this time, where tasks may use more than this many bytes, as far as there is such a node.
+    WithMemory(Duration, u64),
+    /// By another node: this one lacks something that the task needs. The attempt does not count.
+    Elsewhere,
 }
 
 /// What a finished task leaves.
@@ -74,18 +80,37 @@ pub struct Finished {
     pub publication: Option<Publication>,
 }
 
+/// How often the lease of a task may run out: often enough for many workers that are killed, and seldom enough for a task that kills them.
+const MOST_LOSSES: i64 = 20;
+
+/// How long a task waits that could not be done for want of a disk, a database or an object store.
+const AWAY_PAUSE: Duration = Duration::from_secs(2);
+
 impl Store {
-    /// Gives a worker the next task: of the job with the highest priority, then of the oldest one. None if none is ready.
+    /// Gives a worker that is alone in its process, and has what any task needs, the next task, as [`Store::claim_as`] does.
     ///
     /// # Errors
     /// If the database does not answer.
     pub async fn claim(&self, worker: &str, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
-        let statement = "SELECT id FROM job WHERE state IN ('accepted', 'running') AND EXISTS (SELECT 1 FROM task \
-                         WHERE task.job = job.id AND task.state = 'ready' AND task.stage = job.stage AND task.not_before <= {now}) \
-                         ORDER BY priority DESC, created, id LIMIT 8";
-        let jobs = sqlx::query(self.sql(statement)).fetch_all(&self.pool).await?;
+        self.claim_as(&Claimant::alone(worker), lease).await
+    }
+
+    /// Gives a worker the next task that is for its node: of the job with the highest priority, then of the oldest one. None if none is
+    /// ready.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn claim_as(&self, by: &Claimant, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
+        let statement = format!(
+            "SELECT id FROM job WHERE state IN ('accepted', 'running') AND EXISTS (SELECT 1 FROM task \
+             WHERE task.job = job.id AND task.state = 'ready' AND task.stage = job.stage AND task.not_before <= {{now}} AND {}) \
+             ORDER BY priority DESC, created, id LIMIT 8",
+            self.for_node()
+        );
+        let jobs =
+            sqlx::query(self.sql_of(&statement)).bind(&by.node).bind(by.task_memory).fetch_all(&self.pool).await?;
         for row in jobs {
-            let claim = self.claim_of(row.try_get("id")?, worker, lease).await?;
+            let claim = self.claim_of(row.try_get("id")?, by, lease).await?;
             if claim.is_some() {
                 return Ok(claim);
             }
@@ -93,21 +118,26 @@ impl Store {
         Ok(None)
     }
 
-    async fn claim_of(&self, id: &str, worker: &str, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
+    async fn claim_of(&self, id: &str, by: &Claimant, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
         let mut tx = self.begin().await?;
         let job = self.locked(&mut tx, id).await?;
         if !matches!(job.state, JobState::Accepted | JobState::Running) {
             return Ok(None);
         }
-        let statement = "UPDATE task SET state = 'running', fence = fence + 1, attempts = attempts + 1, worker = $3, phase = NULL, \
-                         started = {now}, finished = NULL, lease_until = {now} + $4 \
-                         WHERE job = $1 AND stage = $2 AND unit = (SELECT unit FROM task WHERE job = $1 AND stage = $2 \
-                         AND state = 'ready' AND not_before <= {now} ORDER BY unit LIMIT 1) \
-                         RETURNING unit, input, fence, attempts";
-        let Some(row) = sqlx::query(self.sql(statement))
+        let statement = format!(
+            "UPDATE task SET state = 'running', fence = fence + 1, attempts = attempts + 1, worker = $5, phase = NULL, \
+             started = {{now}}, finished = NULL, lease_until = {{now}} + $6 \
+             WHERE job = $3 AND stage = $4 AND unit = (SELECT unit FROM task WHERE job = $3 AND stage = $4 \
+             AND state = 'ready' AND not_before <= {{now}} AND {} ORDER BY unit LIMIT 1) \
+             RETURNING unit, input, fence, attempts",
+            self.for_node()
+        );
+        let Some(row) = sqlx::query(self.sql_of(&statement))
+            .bind(&by.node)
+            .bind(by.task_memory)
             .bind(id)
             .bind(job.stage)
-            .bind(worker)
+            .bind(&by.worker)
             .bind(milliseconds(lease))
             .fetch_optional(&mut *tx)
             .await?
@@ -123,6 +153,7 @@ impl Store {
             input: row.try_get("input")?,
             fence: row.try_get("fence")?,
             attempt: row.try_get("attempts")?,
+            node: by.node.clone(),
         };
         if job.state == JobState::Accepted {
             let statement = "UPDATE job SET state = 'running', started = {now} WHERE id = $1";
@@ -131,7 +162,7 @@ impl Store {
             self.note(&mut tx, id, EventKind::State, About { message, ..About::default() }).await?;
             self.tell_progress(&mut tx, id).await?;
         }
-        let about = About { stage: Some(claim.stage), unit: Some(&claim.unit), message: Some(worker) };
+        let about = About { stage: Some(claim.stage), unit: Some(&claim.unit), message: Some(&by.worker) };
         self.note(&mut tx, id, EventKind::Claimed, about).await?;
         tx.commit().await?;
         Ok(Some(claim))
@@ -205,18 +236,50 @@ impl Store {
         Ok(consequence)
     }
 
+    /// Notes that a task waits for something that is away.
+    ///
+    /// # Errors
+    /// If there is no such job, or the database does not answer.
+    pub async fn note_waiting(&self, claim: &Claim, reason: &str) -> Result<(), JobStoreError> {
+        let mut tx = self.begin().await?;
+        self.about(&mut tx, claim, EventKind::Waiting, Some(reason)).await?;
+        tx.commit().await?;
+        Ok(())
+    }
+
     /// Hands a task back that was not begun, or that a draining worker stops: the attempt does not count.
     ///
     /// # Errors
     /// [`JobStoreError::Lost`] if the task is no longer the worker's.
     pub async fn release(&self, claim: &Claim) -> Result<Consequence, JobStoreError> {
+        self.hand_back(claim, "handed back by its worker", None, Duration::ZERO).await
+    }
+
+    /// The same for a task that could not be done here and now, and says why: it waits for a moment.
+    ///
+    /// # Errors
+    /// [`JobStoreError::Lost`] if the task is no longer the worker's.
+    pub async fn release_for(&self, claim: &Claim, reason: &str) -> Result<Consequence, JobStoreError> {
+        self.hand_back(claim, reason, Some(reason), AWAY_PAUSE).await
+    }
+
+    async fn hand_back(
+        &self,
+        claim: &Claim,
+        message: &str,
+        reason: Option<&str>,
+        pause: Duration,
+    ) -> Result<Consequence, JobStoreError> {
         let mut tx = self.begin().await?;
-        self.about(&mut tx, claim, EventKind::Retry, Some("handed back by its worker")).await?;
-        let took = self.leave(&mut tx, claim, TaskState::Ready, None).await?;
-        sqlx::query("UPDATE task SET attempts = attempts - 1 WHERE job = $1 AND stage = $2 AND unit = $3")
+        self.about(&mut tx, claim, EventKind::Retry, Some(message)).await?;
+        let took = self.leave(&mut tx, claim, TaskState::Ready, reason).await?;
+        let statement = "UPDATE task SET attempts = attempts - 1, not_before = {now} + $4 \
+                         WHERE job = $1 AND stage = $2 AND unit = $3";
+        sqlx::query(self.sql(statement))
             .bind(&claim.job)
             .bind(claim.stage)
             .bind(&claim.unit)
+            .bind(milliseconds(pause))
             .execute(&mut *tx)
             .await?;
         self.count(&mut tx, claim.stage, Attempt::HandedBack, took, 0).await?;
@@ -224,7 +287,7 @@ impl Store {
         Ok(Consequence { took, again: true, publication: None, ended: None })
     }
 
-    /// Takes tasks back whose lease ran out, and gives them. Every coordinator and worker may call it at any time.
+    /// Takes tasks back whose lease ran out, lets those fail that have waited too long for a node that has what they need, and gives them. Every coordinator and worker may call it at any time.
     ///
     /// # Errors
     /// If the database does not answer.
@@ -243,6 +306,7 @@ impl Store {
                 input: String::new(),
                 fence: row.try_get("fence")?,
                 attempt: row.try_get("attempts")?,
+                node: String::new(),
             };
             let worker = row.try_get::<Option<String>, _>("worker")?.unwrap_or_else(|| "?".to_owned());
             let mut tx = self.begin().await?;
@@ -259,6 +323,11 @@ impl Store {
                 Err(e) => return Err(e),
             }
         }
+        for (claim, ended) in self.give_up_unfit().await? {
+            let Claim { job, city, stage, unit, attempt, node, .. } = claim;
+            let consequence = Consequence { took: Duration::ZERO, again: false, publication: None, ended };
+            taken.push(Reaped { job, city, stage, unit, attempt, worker: node, consequence });
+        }
         Ok(taken)
     }
 
@@ -271,7 +340,7 @@ impl Store {
         retry: Retry,
         expired: bool,
     ) -> Result<Consequence, JobStoreError> {
-        let statement = "SELECT required, max_attempts, attempts FROM task WHERE job = $1 AND stage = $2 AND unit = $3 \
+        let statement = "SELECT required, max_attempts, attempts, losses FROM task WHERE job = $1 AND stage = $2 AND unit = $3 \
                          AND fence = $4 AND state = 'running' AND ($5 = 0 OR lease_until < {now})";
         let row = sqlx::query(self.sql(statement))
             .bind(&claim.job)
@@ -282,17 +351,42 @@ impl Store {
             .fetch_optional(&mut **tx)
             .await?
             .ok_or_else(|| claim.lost())?;
-        let (required, most, attempts): (i64, i64, i64) =
-            (row.try_get("required")?, row.try_get("max_attempts")?, row.try_get("attempts")?);
+        let (required, most): (i64, i64) = (row.try_get("required")?, row.try_get("max_attempts")?);
+        let (attempts, losses): (i64, i64) = (row.try_get("attempts")?, row.try_get("losses")?);
         let mut ended = None;
-        let (again, took) = if let (Retry::After(pause), true) = (retry, attempts < most) {
+        let (mut pause, mut memory) = (Duration::ZERO, 0);
+        let another = match retry {
+            // What has died with its worker may do better with the next: another limit, and it says nothing about the node.
+            _ if expired => losses + 1 < MOST_LOSSES,
+            Retry::Never => false,
+            Retry::Elsewhere => {
+                // It waits for a node that has what it needs, and is given up later.
+                self.note_node(tx, claim, "unfit").await?;
+                true
+            }
+            Retry::After(wanted) | Retry::WithMemory(wanted, _) => {
+                self.note_node(tx, claim, "failed").await?;
+                if let Retry::WithMemory(_, had) = retry {
+                    memory = i64::try_from(had).unwrap_or(i64::MAX - 1) + 1;
+                }
+                pause = wanted;
+                attempts < most || self.another_node(tx, claim).await?
+            }
+        };
+        let uncounted = expired || retry == Retry::Elsewhere;
+        let (again, took) = if another {
             let took = self.leave(tx, claim, TaskState::Ready, Some(reason)).await?;
-            let statement = "UPDATE task SET not_before = {now} + $4 WHERE job = $1 AND stage = $2 AND unit = $3";
+            let statement = "UPDATE task SET not_before = {now} + $4, attempts = attempts - $5, losses = losses + $6, \
+                             needs_memory = CASE WHEN needs_memory < $7 THEN $7 ELSE needs_memory END \
+                             WHERE job = $1 AND stage = $2 AND unit = $3";
             sqlx::query(self.sql(statement))
                 .bind(&claim.job)
                 .bind(claim.stage)
                 .bind(&claim.unit)
                 .bind(milliseconds(pause))
+                .bind(i64::from(uncounted))
+                .bind(i64::from(expired))
+                .bind(memory)
                 .execute(&mut **tx)
                 .await?;
             self.about(tx, claim, EventKind::Retry, Some(reason)).await?;
@@ -343,7 +437,7 @@ impl Store {
     }
 
     /// Notes an event about a task; the job is locked from then on.
-    async fn about(
+    pub(crate) async fn about(
         &self,
         tx: &mut Tx,
         claim: &Claim,

@@ -50,8 +50,8 @@ impl Store {
     }
 
     /// Removes blobs of at least this age that nothing refers to and nobody holds, after forgetting outcomes that were unused for
-    /// `outcomes`, uploads that no task has read for `jobs`, and artefacts other than results of jobs that ended well or were
-    /// cancelled before `jobs`.
+    /// `outcomes`, uploads that no task has read for `jobs`, and artefacts other than results of jobs that were over
+    /// before `jobs`.
     /// Several may do so at once.
     ///
     /// # Errors
@@ -66,10 +66,15 @@ impl Store {
         let mut collected = Collected { outcomes: self.forget_outcomes(outcomes).await?, ..Collected::default() };
         self.forget_uploads(jobs).await?;
         self.forget_open_uploads().await?;
+        let mut tx = self.begin().await?;
+        // Those that failed in part could be retried until then.
+        let statement = "UPDATE job SET emptied = 1 WHERE emptied = 0 AND finished < {now} - $1 \
+                         AND state IN ('successful', 'partial', 'failed', 'cancelled')";
+        sqlx::query(self.sql(statement)).bind(milliseconds(jobs)).execute(&mut *tx).await?;
         let statement = "DELETE FROM artifact WHERE SUBSTR(path, 1, 7) <> 'result/' AND job IN \
-                         (SELECT id FROM job WHERE state IN ('successful', 'cancelled') AND finished < {now} - $1)";
-        collected.artifacts =
-            sqlx::query(self.sql(statement)).bind(milliseconds(jobs)).execute(&self.pool).await?.rows_affected();
+                         (SELECT id FROM job WHERE emptied = 1 AND state IN ('successful', 'partial', 'failed', 'cancelled'))";
+        collected.artifacts = sqlx::query(statement).execute(&mut *tx).await?.rows_affected();
+        tx.commit().await?;
         for row in sqlx::query("SELECT blob FROM blob_hold WHERE doomed = 1").fetch_all(&self.pool).await? {
             let name: String = row.try_get("blob")?;
             let blob = name.parse().map_err(|()| JobStoreError::Stored { what: "blob", value: name })?;

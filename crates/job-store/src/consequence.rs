@@ -21,11 +21,13 @@ pub struct Consequence {
 pub enum Published {
     /// It is the generation of this number.
     Generation(i64),
+    /// It is what the generation of this number has already.
+    Unchanged(i64),
     /// It is none, for this reason.
     Withheld(String),
 }
 
-/// An attempt whose worker fell silent.
+/// An attempt whose worker fell silent, or that no worker could begin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reaped {
     /// Id of the job.
@@ -38,7 +40,7 @@ pub struct Reaped {
     pub unit: String,
     /// Which attempt it was, from 1.
     pub attempt: i64,
-    /// The worker.
+    /// The worker; empty if none could begin it.
     pub worker: String,
     /// What followed.
     pub consequence: Consequence,

@@ -3,7 +3,7 @@
 use crate::JobStoreError;
 use sqlx::any::{AnyPoolOptions, AnyQueryResult};
 use sqlx::sqlite::SqliteConnectOptions;
-use sqlx::{Any, AnyPool, AssertSqlSafe, Executor, Transaction};
+use sqlx::{Any, AnyPool, AssertSqlSafe, Connection, Executor, Transaction};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -83,6 +83,15 @@ impl Store {
                         connection.execute(sqlx::raw_sql(pragmas)).await?;
                     }
                     Ok(())
+                })
+            })
+            // After an error inside a transaction, such as that of a full disk, SQLite may have ended the transaction while its connection
+            // takes it for open: it could begin none any more.
+            .after_release(|connection, _| {
+                Box::pin(async move {
+                    // What was to be rolled back is, from here on.
+                    connection.ping().await?;
+                    Ok(!connection.is_in_transaction())
                 })
             })
             .connect(&address)
@@ -167,4 +176,46 @@ fn lock(path: &Path) -> Result<File, JobStoreError> {
 /// Whether exactly one row was changed.
 pub(crate) fn one_row(result: &AnyQueryResult) -> bool {
     result.rows_affected() == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{JobStoreError, NewJob};
+
+    async fn submit(store: &Store, bytes: usize) -> Result<(), JobStoreError> {
+        let new = NewJob {
+            city: "delft".to_owned(),
+            owner: "ann".to_owned(),
+            request: "x".repeat(bytes),
+            ..NewJob::default()
+        };
+        store.submit(&new).await.map(drop)
+    }
+
+    /// A disk that is full for a while: no connection may make the file longer.
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn after_a_full_disk_the_store_goes_on() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let address = format!("sqlite:{}", folder.path().join("jobs.db").display());
+        let store = Store::connect(&address).await.expect("opens");
+        submit(&store, 10).await.expect("there is room");
+        let mut all = Vec::new();
+        for _ in 0..4 {
+            let mut connection = store.pool.acquire().await.expect("a connection");
+            let limit: i64 =
+                sqlx::query_scalar("PRAGMA max_page_count = 1").fetch_one(&mut *connection).await.expect("limited");
+            assert!(limit < 1000, "{limit} pages, as there are already");
+            all.push(connection);
+        }
+        drop(all);
+        // SQLite has ended these transactions by itself, so none of the four connections can be used again. New ones have room.
+        for _ in 0..4 {
+            let full = submit(&store, 1 << 20).await.expect_err("there is no room");
+            assert!(full.to_string().contains("full"), "{full}");
+        }
+        for _ in 0..8 {
+            submit(&store, 1 << 20).await.expect("there is room again");
+        }
+    }
 }

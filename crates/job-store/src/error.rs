@@ -1,5 +1,21 @@
 //! What can go wrong.
 
+use std::error::Error;
+
+/// An error with its causes, as far as it does not tell them itself.
+#[must_use]
+pub fn with_causes(error: &dyn Error) -> String {
+    let (mut text, mut cause) = (error.to_string(), error.source());
+    while let Some(error) = cause {
+        let told = error.to_string();
+        if !text.contains(&told) {
+            text += &format!(": {told}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
 /// A failure of the job store.
 #[derive(Debug, thiserror::Error)]
 pub enum JobStoreError {
@@ -66,6 +82,22 @@ pub enum JobStoreError {
         /// The city.
         city: String,
     },
+    /// Readers see this generation.
+    #[error("generation {number} of {city:?} is the one that readers see: publish or roll back to another one first")]
+    Current {
+        /// The city.
+        city: String,
+        /// The generation.
+        number: i64,
+    },
+    /// Something goes on with a city.
+    #[error("city {city:?} is in use: {by} first")]
+    InUse {
+        /// The city.
+        city: String,
+        /// By what, and what to do.
+        by: String,
+    },
     /// The task is held by someone else, or by no one: the result must be thrown away.
     #[error("task {unit} of stage {stage} of job {job} is no longer held under fence {fence}")]
     Lost {
@@ -116,10 +148,10 @@ pub enum JobStoreError {
         source: std::io::Error,
     },
     /// The database.
-    #[error("database: {0}")]
+    #[error("database: {}", with_causes(.0))]
     Database(#[from] sqlx::Error),
     /// The tables could not be brought up to date.
-    #[error("migrating the database: {0}")]
+    #[error("migrating the database: {}", with_causes(.0))]
     Migrate(#[from] sqlx::migrate::MigrateError),
     /// A source in an object store.
     #[error("{place}: {why}")]
@@ -129,8 +161,11 @@ pub enum JobStoreError {
         /// What is wrong with it.
         why: String,
     },
+    /// What names and opens the object store is missing, or it does not take it.
+    #[error("{0}")]
+    Credentials(String),
     /// The object store.
-    #[error("object store: {0}")]
+    #[error("object store: {}", with_causes(.0))]
     Objects(#[from] object_store::Error),
 }
 
@@ -163,5 +198,35 @@ impl JobStoreError {
             ),
             _ => false,
         }
+    }
+
+    /// Whether the object store answers, and refuses whoever asks.
+    #[must_use]
+    pub fn is_refused(&self) -> bool {
+        let Self::Objects(e) = self else { return false };
+        matches!(e, object_store::Error::PermissionDenied { .. } | object_store::Error::Unauthenticated { .. })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("builder error")]
+    struct Outer(#[source] Inner);
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("no certificates were found")]
+    struct Inner;
+
+    #[test]
+    fn causes_are_told_once() {
+        assert_eq!(with_causes(&Outer(Inner)), "builder error: no certificates were found");
+        let quoted = std::io::Error::other(Inner);
+        assert_eq!(with_causes(&quoted), "no certificates were found");
+        let store = object_store::Error::Generic { store: "S3", source: Box::new(Outer(Inner)) };
+        let told = JobStoreError::from(store).to_string();
+        assert!(told.contains("builder error") && told.ends_with("no certificates were found"), "{told}");
     }
 }

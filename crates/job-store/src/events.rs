@@ -26,10 +26,14 @@ named! {
         Retry = "retry",
         /// A task failed for good; the message has the reason.
         Failed = "failed",
+        /// A task waits for the database, the object store or a disk; the message has the reason.
+        Waiting = "waiting",
         /// The job's priority changed.
         Priority = "priority",
         /// What the job made is its city's new generation; the message says which.
         Published = "published",
+        /// What the job made is what its city has already; the message says which generation.
+        Unchanged = "unchanged",
         /// What the job made did not become a generation of its city; the message says why.
         Withheld = "withheld",
     }

@@ -339,6 +339,18 @@ impl Store {
         let (JobState::Partial | JobState::Failed, Some(stage)) = (job.state, first) else {
             return Err(not_possible(&job, "to retry what failed"));
         };
+        let emptied: i64 = sqlx::query("SELECT emptied FROM job WHERE id = $1")
+            .bind(id)
+            .fetch_one(&mut *tx)
+            .await?
+            .try_get("emptied")?;
+        // The split makes all anew.
+        if emptied == 1 && stage > 0 {
+            return Err(not_possible(
+                &job,
+                "to retry it after what it had made was removed by age: submit it again; that",
+            ));
+        }
         sqlx::query("DELETE FROM task WHERE job = $1 AND origin > $2").bind(id).bind(stage).execute(&mut *tx).await?;
         sqlx::query("DELETE FROM artifact WHERE job = $1 AND stage > $2")
             .bind(id)
@@ -346,7 +358,15 @@ impl Store {
             .execute(&mut *tx)
             .await?;
         sqlx::query(
-            "UPDATE task SET state = 'ready', attempts = 0, not_before = 0, reason = NULL, phase = NULL, worker = NULL, \
+            "DELETE FROM task_node WHERE job = $1 AND EXISTS (SELECT 1 FROM task WHERE task.job = $1 AND task.stage = task_node.stage \
+             AND task.unit = task_node.unit AND (task.state IN ('failed', 'cancelled') OR task.stage > $2))",
+        )
+        .bind(id)
+        .bind(stage)
+        .execute(&mut *tx)
+        .await?;
+        sqlx::query(
+            "UPDATE task SET state = 'ready', attempts = 0, losses = 0, not_before = 0, reason = NULL, phase = NULL, worker = NULL, \
              lease_until = NULL, started = NULL, finished = NULL \
              WHERE job = $1 AND (state IN ('failed', 'cancelled') OR stage > $2)",
         )

@@ -121,7 +121,7 @@ impl Store {
             return Ok(());
         }
         let Some(names) = names else { return Ok(()) };
-        match role_of(&mut **tx, city, names).await? {
+        match role_of(tx, city, names).await? {
             Some(Role::Editor | Role::Owner) => Ok(()),
             _ => Err(JobStoreError::NotAnEditor { city: city.to_owned() }),
         }

@@ -110,6 +110,8 @@ pub(crate) fn open(
         return Err(wrong());
     }
     prepare_tls();
+    let variables: Vec<(String, String)> = variables.into_iter().filter(|(_, value)| !value.is_empty()).collect();
+    needed(&variables)?;
     let mut builder = AmazonS3Builder::new().with_bucket_name(bucket);
     for (name, value) in variables {
         // Such as AWS_PROFILE, which is for other programs.
@@ -139,6 +141,35 @@ pub(crate) fn open(
     Ok(if prefix.is_empty() { Arc::new(bucket) } else { Arc::new(PrefixStore::new(bucket, prefix)) })
 }
 
+/// An error that says which variable is missing, unless there is something to show to the store. Without, whatever answers at the address of
+/// the metadata of cloud machines would be asked for keys, which exists on few and has to be named.
+fn needed(variables: &[(String, String)]) -> Result<(), JobStoreError> {
+    let is_set = |name: &str| variables.iter().any(|(known, _)| known.eq_ignore_ascii_case(name));
+    let missing = |names: &str| {
+        Err(JobStoreError::Credentials(format!("S3 takes nobody without keys, and {names} in the environment")))
+    };
+    match (is_set("AWS_ACCESS_KEY_ID"), is_set("AWS_SECRET_ACCESS_KEY")) {
+        (true, true) => return Ok(()),
+        (true, false) => return missing("AWS_SECRET_ACCESS_KEY is not set"),
+        (false, true) => return missing("AWS_ACCESS_KEY_ID is not set"),
+        (false, false) => {}
+    }
+    let others = [
+        "AWS_WEB_IDENTITY_TOKEN_FILE",
+        "AWS_CONTAINER_CREDENTIALS_RELATIVE_URI",
+        "AWS_CONTAINER_CREDENTIALS_FULL_URI",
+        "AWS_METADATA_ENDPOINT",
+        "AWS_SKIP_SIGNATURE",
+    ];
+    if others.into_iter().any(is_set) {
+        return Ok(());
+    }
+    missing(
+        "neither AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY are set, nor what names a role (AWS_WEB_IDENTITY_TOKEN_FILE, \
+         AWS_CONTAINER_CREDENTIALS_FULL_URI; AWS_METADATA_ENDPOINT=http://169.254.169.254 on a machine of EC2)",
+    )
+}
+
 /// Says which implementation of cryptography TLS takes, once for the process.
 pub(crate) fn prepare_tls() {
     // An error means that it was said already.
@@ -157,7 +188,26 @@ mod tests {
             assert!(matches!(open(wrong, []), Err(JobStoreError::Place(p)) if p == wrong), "{wrong}");
         }
         for good in ["s3://bucket", "s3://bucket/", "s3://bucket/some/prefix/"] {
-            assert!(open(good, []).is_ok(), "{good}");
+            assert!(open(good, keys(&["AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"])).is_ok(), "{good}");
         }
+    }
+
+    fn keys(names: &[&str]) -> Vec<(String, String)> {
+        names.iter().map(|name| ((*name).to_owned(), "x".to_owned())).collect()
+    }
+
+    #[test]
+    fn the_variable_that_is_missing_is_named() {
+        let refused = |names: &[&str]| match open("s3://bucket", keys(names)) {
+            Err(JobStoreError::Credentials(why)) => why,
+            other => panic!("{other:?}"),
+        };
+        assert!(refused(&["AWS_ACCESS_KEY_ID"]).contains("AWS_SECRET_ACCESS_KEY is not set"));
+        assert!(refused(&["AWS_SECRET_ACCESS_KEY"]).contains("AWS_ACCESS_KEY_ID is not set"));
+        let none = refused(&["AWS_REGION", "PATH"]);
+        assert!(none.contains("AWS_ACCESS_KEY_ID") && none.contains("AWS_METADATA_ENDPOINT"), "{none}");
+        let empty = open("s3://bucket", [("AWS_ACCESS_KEY_ID".to_owned(), String::new())]);
+        assert!(matches!(empty, Err(JobStoreError::Credentials(_))), "a variable that is empty is not set");
+        assert!(open("s3://bucket", keys(&["AWS_METADATA_ENDPOINT"])).is_ok());
     }
 }

@@ -24,6 +24,12 @@ pub struct Worker {
     pub task: Option<String>,
     /// Memory in use, bytes.
     pub memory: i64,
+    /// Its process, which it may share with others.
+    pub node: String,
+    /// Most memory that a task may use there, bytes.
+    pub task_memory: i64,
+    /// Why it takes no tasks, if it takes none.
+    pub trouble: Option<String>,
 }
 
 impl Store {
@@ -32,9 +38,9 @@ impl Store {
     /// # Errors
     /// If the database does not answer.
     pub async fn see_worker(&self, worker: &Worker) -> Result<(), JobStoreError> {
-        let statement = "INSERT INTO worker (id, host, pid, version, started, seen, task, memory) \
-                         VALUES ($1, $2, $3, $4, {now}, {now}, $5, $6) ON CONFLICT (id) \
-                         DO UPDATE SET seen = excluded.seen, task = excluded.task, memory = excluded.memory";
+        let statement = "INSERT INTO worker (id, host, pid, version, started, seen, task, memory, node, task_memory, trouble) \
+                         VALUES ($1, $2, $3, $4, {now}, {now}, $5, $6, $7, $8, $9) ON CONFLICT (id) \
+                         DO UPDATE SET seen = excluded.seen, task = excluded.task, memory = excluded.memory, trouble = excluded.trouble";
         sqlx::query(self.sql(statement))
             .bind(&worker.id)
             .bind(&worker.host)
@@ -42,6 +48,9 @@ impl Store {
             .bind(&worker.version)
             .bind(&worker.task)
             .bind(worker.memory)
+            .bind(&worker.node)
+            .bind(worker.task_memory)
+            .bind(&worker.trouble)
             .execute(&self.pool)
             .await?;
         Ok(())
@@ -58,7 +67,7 @@ impl Store {
     /// The workers, those seen last first; with a time, only those that were seen since.
     pub(crate) async fn workers_seen(&self, lately: Option<Duration>) -> Result<Vec<Worker>, JobStoreError> {
         let since = lately.map_or(i64::MAX, |time| i64::try_from(time.as_millis()).unwrap_or(i64::MAX));
-        let statement = "SELECT id, host, pid, version, started, seen, task, memory FROM worker \
+        let statement = "SELECT id, host, pid, version, started, seen, task, memory, node, task_memory, trouble FROM worker \
                          WHERE {now} - seen <= $1 ORDER BY seen DESC, id";
         let rows = sqlx::query(self.sql(statement)).bind(since).fetch_all(&self.pool).await?;
         rows.iter()
@@ -72,6 +81,9 @@ impl Store {
                     seen: row.try_get("seen")?,
                     task: row.try_get("task")?,
                     memory: row.try_get("memory")?,
+                    node: row.try_get("node")?,
+                    task_memory: row.try_get("task_memory")?,
+                    trouble: row.try_get("trouble")?,
                 })
             })
             .collect()

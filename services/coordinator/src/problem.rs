@@ -95,6 +95,9 @@ impl From<JobStoreError> for Problem {
             JobStoreError::LastOwner { .. } => {
                 Self::new(StatusCode::CONFLICT, "owner", "A city has to have an owner", detail)
             }
+            JobStoreError::Current { .. } | JobStoreError::InUse { .. } => {
+                Self::new(StatusCode::CONFLICT, "in-use", "It is in use", detail)
+            }
             JobStoreError::KeyReused { .. } => {
                 Self::new(StatusCode::CONFLICT, "key-reused", "The idempotency key was used before", detail)
             }

@@ -70,6 +70,8 @@ pub struct Answers {
     pub(crate) roles: Shared<Option<Role>>,
     /// The cities of jobs.
     pub(crate) cities: Shared<String>,
+    /// What was wrong with the object store and the folder when that was last looked at.
+    pub(crate) ready: Arc<Mutex<Option<(Instant, Option<String>)>>>,
     /// Bytes of all that is kept, and when they were counted.
     pub(crate) stored: Arc<Mutex<Option<(Instant, i64)>>>,
 }

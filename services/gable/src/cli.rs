@@ -5,8 +5,10 @@ mod remote;
 mod schedule;
 mod token;
 
-pub(crate) use city::{AuditArgs, CityAction, CityArgs, OneCityArgs};
-pub(crate) use remote::{CancelArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, Send, StatusArgs, SubmitArgs};
+pub(crate) use city::{AuditArgs, CityAction, CityArgs, OneCityArgs, UploadAction, UploadArgs};
+pub(crate) use remote::{
+    CancelArgs, DeleteArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, Send, StatusArgs, SubmitArgs,
+};
 pub(crate) use schedule::{CreateArgs, ListArgs, NameArgs, ScheduleAction, ScheduleArgs};
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
 
@@ -88,6 +90,10 @@ pub(crate) enum Command {
     Download(DownloadArgs),
     /// Show cities, say who their members are, roll them back
     City(CityArgs),
+    /// List and delete the meshes that were sent to a service
+    Upload(UploadArgs),
+    /// Delete a job of a service that is over
+    Delete(DeleteArgs),
     /// Show who did what with a service
     Audit(AuditArgs),
     /// Submit jobs by the clock
@@ -112,6 +118,8 @@ impl Command {
         match self {
             Self::Run(args) => args.json,
             Self::City(args) => args.json,
+            Self::Upload(args) => args.json,
+            Self::Delete(args) => args.of.json,
             Self::Audit(args) => args.json,
             Self::Demo(args) => args.json,
             Self::Eval(args) => args.json,
@@ -554,7 +562,7 @@ pub(crate) struct KeepArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "How tasks are done")]
 pub(crate) struct SlotArgs {
-    /// Tasks at a time; 0 for one on each core
+    /// Tasks at a time; 0 for one on each core, as far as --task-memory for each fits into the memory of the machine
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) slots: usize,
     /// Most memory of one task, MB; what uses more is stopped
@@ -607,10 +615,22 @@ pub(crate) struct ServeArgs {
     /// Age from which artefacts that nothing refers to are removed, hours
     #[arg(long, value_name = "H", default_value_t = 24.0)]
     pub(crate) collect_age: f64,
-    /// Age from which jobs that ended well keep their results only, and results of blocks that no job has taken over since are
+    /// Age from which jobs that are over keep their results only, and cannot be retried, and results of blocks that no job has taken over since are
     /// forgotten, hours
     #[arg(long, value_name = "H", default_value_t = 720.0)]
     pub(crate) keep_age: f64,
+    /// Generations of a city that are kept, with the one that readers see; 0 for all
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(i64).range(0..))]
+    pub(crate) keep_generations: i64,
+    /// Age from which generations go that readers do not see, days; 0 for never
+    #[arg(long, value_name = "D", default_value_t = 0.0)]
+    pub(crate) keep_generations_age: f64,
+    /// Age from which jobs that are over go, with their events, logs and results, days; what they published stays; 0 for never
+    #[arg(long, value_name = "D", default_value_t = 365.0)]
+    pub(crate) keep_jobs: f64,
+    /// Age from which entries of the audit log go, days; 0 for never
+    #[arg(long, value_name = "D", default_value_t = 730.0)]
+    pub(crate) keep_audit: f64,
     /// Largest mesh that may be uploaded, MB; unpacked it may have four times as much
     #[arg(long, value_name = "MB", default_value_t = 16_384)]
     pub(crate) upload_size: u64,

@@ -5,12 +5,13 @@ use crate::exit::UsageError;
 use crate::sandbox;
 use anyhow::Context as _;
 use gable_files::SourceRoots;
-use gable_job_store::{Blobs, Store};
+use gable_job_store::{Blobs, Retention, Store};
 use gable_pipeline::Stage;
-use gable_worker::{Limits, Settings, Worker};
+use gable_worker::{Health, Limits, REST, Settings, Worker};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -34,8 +35,45 @@ pub(crate) struct Parts {
     pub(crate) group_roots: BTreeMap<String, SourceRoots>,
 }
 
+/// Opens database and store; none if the service is told to stop before they are there.
+pub(crate) async fn open_unless_stopped(
+    keep: &KeepArgs,
+    stop: &mut watch::Receiver<bool>,
+) -> anyhow::Result<Option<Parts>> {
+    tokio::select! {
+        parts = open(keep) => parts.map(Some),
+        () = async { let _ = stop.wait_for(|&s| s).await; } => {
+            tracing::info!("stopped before the service was there");
+            Ok(None)
+        }
+    }
+}
+
+/// Carries a service out until it has ended; once it is told to stop, it has this time for it.
+pub(crate) async fn within(
+    service: impl Future<Output = anyhow::Result<()>>,
+    mut stop: watch::Receiver<bool>,
+    most: Duration,
+) -> anyhow::Result<()> {
+    tokio::select! {
+        ended = service => ended,
+        () = async {
+            let _ = stop.wait_for(|&s| s).await;
+            tokio::time::sleep(most).await;
+        } => {
+            tracing::warn!("stopped with something under way: what it held is taken up by others when its lease runs out");
+            Ok(())
+        }
+    }
+}
+
+/// How long a service may take that was told to stop: tasks have their time, and what is left is handed back or its lease runs out.
+pub(crate) fn time_to_stop(slots: &SlotArgs) -> anyhow::Result<Duration> {
+    Ok(seconds("grace", slots.grace.max(0.001))? + seconds("lease", slots.lease)? + Duration::from_secs(10))
+}
+
 /// Opens database and store.
-pub(crate) async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
+async fn open(keep: &KeepArgs) -> anyhow::Result<Parts> {
     let store = open_database(&keep.at).await?;
     let blobs = match &keep.store {
         Some(place) => open_blobs(place).await?,
@@ -117,8 +155,13 @@ async fn open_blobs(place: &str) -> anyhow::Result<Blobs> {
     let begin = tokio::time::Instant::now();
     loop {
         match blobs.ping().await {
+            Err(e) if e.is_refused() => {
+                let advice = "it refuses the keys of this service: look at AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION \
+                              and AWS_ENDPOINT_URL, and at what the keys may do";
+                return Err(e).context(format!("the store of artefacts at {place}: {advice}"));
+            }
             Err(e) if e.is_transient() && begin.elapsed() < PATIENCE => {
-                tracing::warn!("waiting for the store of artefacts: {e}");
+                tracing::warn!("waiting for the store of artefacts at {place}: {e}");
                 tokio::time::sleep(Duration::from_secs(1)).await;
             }
             result => {
@@ -147,7 +190,16 @@ async fn connect(address: &str) -> anyhow::Result<Store> {
 /// The workers of this process.
 pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyhow::Result<Vec<Worker>> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let count = if slots.slots == 0 { cores } else { slots.slots };
+    let count =
+        if slots.slots == 0 { fitting_slots(cores, slots.task_memory << 20, machine_memory()) } else { slots.slots };
+    if slots.slots == 0 && count < cores {
+        tracing::info!(
+            slots = count,
+            cores,
+            "fewer tasks at a time than cores: each may use --task-memory {} MB",
+            slots.task_memory
+        );
+    }
     let (lease, grace) = (seconds("lease", slots.lease)?, seconds("grace", slots.grace)?);
     let limits = Limits { memory: slots.task_memory << 20, time: seconds("task-time", slots.task_time)? };
     let host = host();
@@ -162,12 +214,17 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
     }
     let tasks = folder.join(format!("tasks-{}", std::process::id()));
     let program = program(parts, cores, slots)?;
+    let node = format!("{host}-{}-{}", std::process::id(), uuid::Uuid::now_v7().simple());
+    let health = Arc::new(Health::default());
     (0..count)
         .map(|slot| {
             let id = format!("{host}-{}-{slot}-{}", std::process::id(), uuid::Uuid::now_v7().simple());
             let settings = Settings {
                 id,
                 host: host.clone(),
+                node: node.clone(),
+                health: Arc::clone(&health),
+                rest: REST,
                 stage_name: Stage::name_of,
                 roots: parts.roots.clone(),
                 program: program.clone(),
@@ -182,6 +239,24 @@ pub(crate) fn workers(parts: &Parts, keep: &KeepArgs, slots: &SlotArgs) -> anyho
             Ok(Worker::new(parts.store.clone(), parts.blobs.clone(), settings)?)
         })
         .collect()
+}
+
+/// As many tasks at a time as there are cores, and as fit into memory; one at least.
+fn fitting_slots(cores: usize, task_memory: u64, memory: Option<u64>) -> usize {
+    let fit = memory.map_or(u64::MAX, |memory| memory / task_memory.max(1));
+    cores.min(usize::try_from(fit).unwrap_or(usize::MAX)).max(1)
+}
+
+/// Memory of the machine, bytes, or of the control group that the process is in, if that is less; none where neither is told.
+fn machine_memory() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let total = read("/proc/meminfo").and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
+        line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kilobytes| kilobytes << 10)
+    });
+    let limits = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];
+    let limits = limits.iter().filter_map(|path| read(path)?.trim().parse::<u64>().ok());
+    limits.chain(total).min()
 }
 
 /// A folder of this process for what is sent to it, on the disk of the data: the system's may be in memory.
@@ -231,14 +306,35 @@ pub(crate) fn seconds(name: &str, value: f64) -> Result<Duration, UsageError> {
 const COLLECTION: Duration = Duration::from_secs(3600);
 
 /// Removes from time to time what nothing refers to, until `stop`.
-pub(crate) async fn collect(parts: &Parts, age: Duration, keep: Duration, mut stop: watch::Receiver<bool>) {
+pub(crate) async fn collect(
+    parts: &Parts,
+    age: Duration,
+    keep: Duration,
+    retention: Retention,
+    mut stop: watch::Receiver<bool>,
+) {
     let pace = COLLECTION.min(age.max(Duration::from_secs(1)));
     loop {
         tokio::select! {
             () = tokio::time::sleep(pace) => {}
             _ = stop.wait_for(|&s| s) => return,
         }
-        match parts.store.collect(&parts.blobs, age, keep, keep).await {
+        match parts.store.purge(&retention).await {
+            Ok(done) if done == gable_job_store::Purged::default() => {}
+            Ok(done) => tracing::info!(
+                generations = done.generations,
+                jobs = done.jobs,
+                audit = done.audit,
+                workers = done.workers,
+                "removed by age"
+            ),
+            Err(e) => tracing::warn!("removing what is kept no longer: {e}"),
+        }
+        let collected = tokio::select! {
+            collected = parts.store.collect(&parts.blobs, age, keep, keep) => collected,
+            _ = stop.wait_for(|&s| s) => return,
+        };
+        match collected {
             Ok(done) if done == gable_job_store::Collected::default() => {}
             Ok(done) => {
                 tracing::info!(blobs = done.blobs, outcomes = done.outcomes, artifacts = done.artifacts, "removed")
@@ -287,4 +383,28 @@ pub(crate) fn stop_signal() -> anyhow::Result<watch::Receiver<bool>> {
 /// Runs a service to its end.
 pub(crate) fn block_on<F: Future<Output = anyhow::Result<()>>>(service: F) -> anyhow::Result<()> {
     tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(service)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slots_fit_cores_and_memory() {
+        let task = 4 << 30;
+        assert_eq!(fitting_slots(8, task, Some(64 << 30)), 8);
+        assert_eq!(fitting_slots(8, task, Some(15 << 30)), 3);
+        assert_eq!(fitting_slots(8, task, Some(1 << 30)), 1);
+        assert_eq!(fitting_slots(8, task, None), 8);
+        assert!(machine_memory().is_none_or(|bytes| bytes > 1 << 20));
+    }
+
+    #[test]
+    fn source_roots_may_be_of_groups() {
+        let given = ["/meshes", "south=/south", "./a=b", "south=s3://b/p"].map(str::to_owned);
+        let roots = roots_by_group(&given);
+        assert_eq!(roots[&None], ["/meshes", "./a=b"].map(PathBuf::from));
+        assert_eq!(roots[&Some("south".to_owned())], ["/south", "s3://b/p"].map(PathBuf::from));
+        assert_eq!(roots_by_group(&[])[&None], [PathBuf::from(".")]);
+    }
 }

@@ -3,6 +3,7 @@
 mod cache;
 mod child;
 mod error;
+mod health;
 mod history;
 mod log;
 mod outcome;
@@ -13,6 +14,7 @@ mod worker;
 
 pub use child::Limits;
 pub use error::WorkerError;
+pub use health::{Health, REST};
 pub use protocol::{
     Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, OBJECTS, Order, PHASE, Report, StageTime,
     UPLOAD,

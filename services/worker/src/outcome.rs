@@ -55,6 +55,7 @@ mod tests {
             input: String::new(),
             fence: 1,
             attempt: 1,
+            node: "n".to_owned(),
         };
         let read = |path: &str, content: &str| Artifact {
             path: path.to_owned(),

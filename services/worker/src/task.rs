@@ -2,6 +2,7 @@
 
 use crate::cache::Cache;
 use crate::child::{self, Ended, State};
+use crate::health;
 use crate::history;
 use crate::log::Log;
 use crate::outcome;
@@ -10,8 +11,8 @@ use crate::tell;
 use crate::{Settings, WorkerError};
 use gable_files::Source;
 use gable_job_store::{
-    Artifact, BlobId, Blobs, Claim, FetchLimits, Finished, JobStoreError, NewTask, Order as Word, Publication, Retry,
-    Store,
+    Artifact, BlobId, Blobs, Cause, Claim, FetchLimits, Finished, JobStoreError, NewTask, Order as Word, Publication,
+    Retry, Store,
 };
 use std::fmt;
 use std::path::{Component, Path};
@@ -65,6 +66,12 @@ enum Made {
     Failed(String),
     /// Database or object store are away: another time.
     Away(String),
+    /// The local disk is full, or cannot be written: another time, or elsewhere.
+    NoDisk(String),
+    /// It used more memory than it may here.
+    NoMemory(String),
+    /// This worker lacks something that it needs.
+    Unfit(String),
     Stopped,
 }
 
@@ -75,7 +82,9 @@ impl fmt::Display for Made {
             Self::Result(result) => write!(f, "done, {} files", result.artifacts.len()),
             Self::BadInput(reason) => write!(f, "bad input: {reason}"),
             Self::Failed(reason) => write!(f, "failed: {reason}"),
-            Self::Away(reason) => write!(f, "handed back: {reason}"),
+            Self::Away(reason) | Self::NoDisk(reason) => write!(f, "handed back: {reason}"),
+            Self::NoMemory(reason) => write!(f, "failed: {reason}"),
+            Self::Unfit(reason) => write!(f, "for another worker: {reason}"),
             Self::Stopped => write!(f, "handed back"),
         }
     }
@@ -85,6 +94,11 @@ impl Made {
     /// What an error of the database, the object store or the local disk means for a task.
     fn of(what: &str, error: &JobStoreError) -> Self {
         let reason = format!("{what}: {error}");
+        if let JobStoreError::File { source, .. } = error
+            && health::is_local(source)
+        {
+            return Self::NoDisk(reason);
+        }
         if error.is_transient() { Self::Away(reason) } else { Self::Failed(reason) }
     }
 }
@@ -121,13 +135,19 @@ impl Around<'_> {
             }
         };
         let draining = draining && matches!(made, Made::Stopped | Made::Away(_));
-        self.hand_in(claim, made, draining).await
+        // Who has no more time hands in at once, or not at all: then the lease runs out.
+        self.hand_in(claim, made, draining, drain).await
     }
 
     /// The body of a task. Only what would hit every task is an error.
     async fn work(&self, claim: &Claim, stop: watch::Receiver<bool>) -> Result<Made, WorkerError> {
-        let folder = tempfile::tempdir_in(&self.settings.folder)
-            .map_err(|source| WorkerError::Folder { path: self.settings.folder.clone(), source })?;
+        let folder = match tempfile::tempdir_in(&self.settings.folder) {
+            Ok(folder) => folder,
+            Err(e) if health::is_local(&e) => {
+                return Ok(Made::NoDisk(format!("the worker's folder {}: {e}", self.settings.folder.display())));
+            }
+            Err(source) => return Err(WorkerError::Folder { path: self.settings.folder.clone(), source }),
+        };
         let value = |text: &str| serde_json::from_str::<serde_json::Value>(text);
         let (Ok(request), Ok(input)) = (value(&claim.request), value(&claim.input)) else {
             return Ok(Made::BadInput("its request or its input is no JSON".to_owned()));
@@ -136,6 +156,9 @@ impl Around<'_> {
             Ok(needs) => needs,
             Err(e) => return Ok(Made::BadInput(format!("what its input says that it needs: {e}"))),
         };
+        if let Some(reason) = self.does_not_see(&request, claim.stage, &needs) {
+            return Ok(Made::Unfit(reason));
+        }
         self.say("fetching");
         let (known, history, read) = match self.look(claim, &input, &needs, &stop).await {
             Ok(found) => found,
@@ -145,23 +168,23 @@ impl Around<'_> {
             Known::Outcome(result) => return Ok(Made::Result(result)),
             Known::Key(key) => key,
         };
-        if let Err(e) = self.fetch(&read, folder.path(), &stop).await {
+        if let Err(e) = self.fetch(claim, &read, folder.path(), &stop).await {
             return Ok(Made::of("fetching its input", &e));
         }
         if let Some(id) = &needs.upload {
-            let files = match again_while_away(&stop, OUTAGE, || self.store.upload_files(id)).await {
+            let files = match self.patiently(claim, &stop, OUTAGE, || self.store.upload_files(id)).await {
                 Ok(files) if files.is_empty() => {
                     return Ok(Made::BadInput(format!("upload {id} is not there any more: send the mesh again")));
                 }
                 Ok(files) => files,
                 Err(e) => return Ok(Made::of("looking for its upload", &e)),
             };
-            if let Err(e) = self.fetch(&files, &folder.path().join(UPLOAD), &stop).await {
+            if let Err(e) = self.fetch(claim, &files, &folder.path().join(UPLOAD), &stop).await {
                 return Ok(Made::of("fetching its upload", &e));
             }
         }
         if let Some(place) = &needs.objects {
-            match self.fetch_objects(place, &folder.path().join(OBJECTS), &stop).await {
+            match self.fetch_objects(claim, place, &folder.path().join(OBJECTS), &stop).await {
                 Ok(()) => {}
                 Err(e @ JobStoreError::Fetch { .. }) => return Ok(Made::BadInput(e.to_string())),
                 Err(e) => return Ok(Made::of(&format!("fetching {place}"), &e)),
@@ -176,10 +199,12 @@ impl Around<'_> {
         Ok(match ended {
             Ended::Stopped => Made::Stopped,
             Ended::BadInput(reason) => Made::BadInput(reason),
+            Ended::Badly(reason) if health::says_local(&reason) => Made::NoDisk(reason),
+            Ended::Badly(reason) if Cause::of(&reason) == Some(Cause::Memory) => Made::NoMemory(reason),
             Ended::Badly(reason) => Made::Failed(reason),
             Ended::Well(report) => {
                 self.say("handing in");
-                match self.keep(&report, folder.path(), &stop).await {
+                match self.keep(claim, &report, folder.path(), &stop).await {
                     Ok((artifacts, publication)) => {
                         let tasks = additions(report);
                         Made::Result(Finished { artifacts, tasks, reused: false, key, publication })
@@ -188,6 +213,44 @@ impl Around<'_> {
                 }
             }
         })
+    }
+
+    /// Repeats a call while the database or the object store is away, for as long as that is worth while. What is waited for is told: as the
+    /// phase of the task, as an event of the job, and with the worker.
+    async fn patiently<T, F: Future<Output = Result<T, JobStoreError>>>(
+        &self,
+        claim: &Claim,
+        stop: &watch::Receiver<bool>,
+        patience: Duration,
+        call: impl Fn() -> F,
+    ) -> Result<T, JobStoreError> {
+        let begin = tokio::time::Instant::now();
+        let (mut wait, mut told) = (Duration::from_millis(100), false);
+        loop {
+            match call().await {
+                Err(e) if e.is_transient() && begin.elapsed() < patience && !*stop.borrow() => {
+                    tracing::warn!("trying again: {e}");
+                    let reason = e.to_string();
+                    self.settings.health.waits(Some(&reason));
+                    self.state.send_modify(|s| s.phase = format!("waits: {reason}"));
+                    // The database itself may be what is away.
+                    told = told || self.store.note_waiting(claim, &reason).await.is_ok();
+                    let mut stop = stop.clone();
+                    tokio::select! {
+                        () = tokio::time::sleep(wait) => {}
+                        // Also if whoever could say so is gone.
+                        _ = stop.wait_for(|&s| s) => {}
+                    }
+                    wait = (wait * 2).min(Duration::from_secs(5));
+                }
+                result => {
+                    if wait > Duration::from_millis(100) {
+                        self.settings.health.waits(None);
+                    }
+                    return result;
+                }
+            }
+        }
     }
 
     fn say(&self, phase: &str) {
@@ -203,9 +266,9 @@ impl Around<'_> {
         needs: &Needs,
         stop: &watch::Receiver<bool>,
     ) -> Result<(Known, Option<History>, Vec<Artifact>), JobStoreError> {
-        let read = again_while_away(stop, OUTAGE, || self.store.artifacts_at(&claim.job, &needs.reads)).await?;
+        let read = self.patiently(claim, stop, OUTAGE, || self.store.artifacts_at(&claim.job, &needs.reads)).await?;
         let history = if needs.history {
-            let tasks = again_while_away(stop, OUTAGE, || self.store.tasks(&claim.job)).await?;
+            let tasks = self.patiently(claim, stop, OUTAGE, || self.store.tasks(&claim.job)).await?;
             Some(history::before(claim.stage, &tasks))
         } else {
             None
@@ -214,32 +277,53 @@ impl Around<'_> {
             return Ok((Known::Key(None), history, read));
         }
         let key = outcome::key(claim, input, &read, history.as_ref());
-        let known = again_while_away(stop, OUTAGE, || self.store.outcome(claim, &key)).await?;
+        let known = self.patiently(claim, stop, OUTAGE, || self.store.outcome(claim, &key)).await?;
         Ok((known.map_or(Known::Key(Some(key)), Known::Outcome), history, read))
     }
 
     /// Lays out what a task reads.
-    async fn fetch(&self, read: &[Artifact], folder: &Path, stop: &watch::Receiver<bool>) -> Result<(), JobStoreError> {
+    async fn fetch(
+        &self,
+        claim: &Claim,
+        read: &[Artifact],
+        folder: &Path,
+        stop: &watch::Receiver<bool>,
+    ) -> Result<(), JobStoreError> {
         for artifact in read {
             let place = folder.join(&artifact.path);
-            again_while_away(stop, OUTAGE, || self.cache.lay(self.blobs, artifact.blob, &place)).await?;
+            self.patiently(claim, stop, OUTAGE, || self.cache.lay(self.blobs, artifact.blob, &place)).await?;
         }
         Ok(())
     }
 
-    /// Lays out the objects that are a task's source, if this worker may read them.
+    /// Why this worker does not see the source of a task that reads one, if it does not: it has not the source root in which that lies.
+    fn does_not_see(&self, request: &serde_json::Value, stage: i64, needs: &Needs) -> Option<String> {
+        let roots = &self.settings.roots;
+        let unseen =
+            |source: &str| format!("the source {source} lies under no source root of this worker (--source-root)");
+        if let Some(place) = &needs.objects {
+            return (!matches!(roots.locate(place), Ok(Source::Objects(_)))).then(|| unseen(place));
+        }
+        let source = request.get("source").and_then(serde_json::Value::as_str)?;
+        if stage != 0 || needs.upload.is_some() || roots.places().next().is_none() || roots.locate(source).is_ok() {
+            return None;
+        }
+        // What should lie in a root that is here, and does not, is not there for anybody.
+        let path = Path::new(source);
+        let here = path.is_absolute() && roots.places().any(|root| path.starts_with(&root) && root.is_dir());
+        (!here).then(|| unseen(source))
+    }
+
+    /// Lays out the objects that are a task's source.
     async fn fetch_objects(
         &self,
+        claim: &Claim,
         place: &str,
         folder: &Path,
         stop: &watch::Receiver<bool>,
     ) -> Result<(), JobStoreError> {
-        if !matches!(self.settings.roots.locate(place), Ok(Source::Objects(_))) {
-            let why = "it lies under no source root of this worker".to_owned();
-            return Err(JobStoreError::Fetch { place: place.to_owned(), why });
-        }
         let variables: Vec<(String, String)> = std::env::vars().collect();
-        again_while_away(stop, OUTAGE, || async {
+        self.patiently(claim, stop, OUTAGE, || async {
             gable_job_store::fetch_objects(place, variables.clone(), folder, FETCH).await.map(drop)
         })
         .await
@@ -248,6 +332,7 @@ impl Around<'_> {
     /// Keeps what a task made; with the city that it finished.
     async fn keep(
         &self,
+        claim: &Claim,
         report: &Report,
         folder: &Path,
         stop: &watch::Receiver<bool>,
@@ -265,10 +350,10 @@ impl Around<'_> {
             let (blob, bytes) = BlobId::of_file(&file).await?;
             kept.push(Artifact { path: path.clone(), blob, bytes });
         }
-        self.hold(&kept, stop).await?;
+        self.hold(claim, &kept, stop).await?;
         for artifact in &kept {
             let file = folder.join(&artifact.path);
-            again_while_away(stop, OUTAGE, || self.blobs.put_file(artifact.blob, &file)).await?;
+            self.patiently(claim, stop, OUTAGE, || self.blobs.put_file(artifact.blob, &file)).await?;
             self.cache.keep(artifact.blob, &file).await?;
         }
         let city = match &report.city {
@@ -283,43 +368,66 @@ impl Around<'_> {
     }
 
     /// Keeps what is about to be referred to from being collected.
-    async fn hold(&self, made: &[Artifact], stop: &watch::Receiver<bool>) -> Result<(), JobStoreError> {
+    async fn hold(&self, claim: &Claim, made: &[Artifact], stop: &watch::Receiver<bool>) -> Result<(), JobStoreError> {
         let blobs: Vec<BlobId> = made.iter().map(|a| a.blob).collect();
         // What is being removed just now is gone soon.
-        while !again_while_away(stop, OUTAGE, || self.store.hold(&blobs, HOLD)).await? && !*stop.borrow() {
+        while !self.patiently(claim, stop, OUTAGE, || self.store.hold(&blobs, HOLD)).await? && !*stop.borrow() {
             tokio::time::sleep(Duration::from_millis(200)).await;
         }
         Ok(())
     }
 
-    async fn hand_in(&self, claim: &Claim, made: Made, draining: bool) -> Result<(), WorkerError> {
+    async fn hand_in(
+        &self,
+        claim: &Claim,
+        made: Made,
+        draining: bool,
+        stop: watch::Receiver<bool>,
+    ) -> Result<(), WorkerError> {
         let patience = if draining { self.settings.lease } else { OUTAGE };
-        let (_never, stop) = watch::channel(false);
+        let (_never, quiet) = watch::channel(false);
+        let stop = if draining { quiet } else { stop };
         let ours = draining || !matches!(made, Made::Stopped);
         self.log.say(&made.to_string());
+        match &made {
+            Made::Result(result) if !result.reused => self.settings.health.done(),
+            Made::Failed(reason) | Made::NoMemory(reason) => self.settings.health.failed(claim, reason),
+            Made::NoDisk(reason) => self.settings.health.no_folder(reason),
+            _ => {}
+        }
         let log = self.log.text();
-        let told = again_while_away(&stop, patience, || async {
-            if ours {
-                self.store.keep_log(claim, &log).await?;
-            }
-            match &made {
-                Made::Result(result) => self.store.finish(claim, result).await.map(Some),
-                Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await.map(Some),
-                Made::Failed(reason) => {
-                    self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await.map(Some)
+        let told = self
+            .patiently(claim, &stop, patience, || async {
+                if ours {
+                    self.store.keep_log(claim, &log).await?;
                 }
-                Made::Away(_) => self.store.release(claim).await.map(Some),
-                Made::Stopped if draining => self.store.release(claim).await.map(Some),
-                // A heartbeat was told so before there was a result to refuse.
-                Made::Stopped => Ok(None),
-            }
-        })
-        .await;
+                match &made {
+                    Made::Result(result) => self.store.finish(claim, result).await.map(Some),
+                    Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await.map(Some),
+                    Made::Failed(reason) => {
+                        self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await.map(Some)
+                    }
+                    Made::NoMemory(reason) => {
+                        let retry = Retry::WithMemory(pause(claim.attempt), self.settings.limits.memory);
+                        self.store.fail(claim, reason, retry).await.map(Some)
+                    }
+                    Made::Unfit(reason) => self.store.fail(claim, reason, Retry::Elsewhere).await.map(Some),
+                    Made::Away(reason) | Made::NoDisk(reason) => self.store.release_for(claim, reason).await.map(Some),
+                    Made::Stopped if draining => self.store.release(claim).await.map(Some),
+                    // A heartbeat was told so before there was a result to refuse.
+                    Made::Stopped => Ok(None),
+                }
+            })
+            .await;
         let (outcome, reason) = match (&told, &made) {
             (Ok(None), _) | (Err(JobStoreError::Lost { .. }), _) => ("lost", None),
             (Ok(_), Made::Result(result)) => (if result.reused { "reused" } else { "done" }, None),
-            (Ok(_), Made::BadInput(reason) | Made::Failed(reason)) => ("failed", Some(reason.clone())),
-            (Ok(_), Made::Away(reason)) => ("handed-back", Some(reason.clone())),
+            (Ok(_), Made::BadInput(reason) | Made::Failed(reason) | Made::NoMemory(reason)) => {
+                ("failed", Some(reason.clone()))
+            }
+            (Ok(_), Made::Away(reason) | Made::NoDisk(reason) | Made::Unfit(reason)) => {
+                ("handed-back", Some(reason.clone()))
+            }
             (Ok(_), Made::Stopped) => ("handed-back", None),
             (Err(JobStoreError::NoOutcome { .. }), _) => ("handed-back", None),
             (Err(e), _) => ("lost", Some(format!("not handed in: {e}"))),
@@ -331,10 +439,11 @@ impl Around<'_> {
             Ok(Some(followed)) => {
                 match &made {
                     Made::Result(result) => tell::done(result.artifacts.len(), result.reused, &followed),
-                    Made::BadInput(reason) | Made::Failed(reason) => {
+                    Made::BadInput(reason) | Made::Failed(reason) | Made::NoMemory(reason) => {
                         tell::failed(reason, pause(claim.attempt), &followed)
                     }
-                    Made::Away(reason) => tracing::warn!(reason, "task handed back"),
+                    Made::Away(reason) | Made::NoDisk(reason) => tracing::warn!(reason, "task handed back"),
+                    Made::Unfit(reason) => tracing::warn!(reason, "task left to other workers"),
                     Made::Stopped => tracing::info!("task handed back"),
                 }
                 Ok(())
@@ -380,31 +489,6 @@ fn additions(report: Report) -> Vec<NewTask> {
             max_attempts: if t.required { REQUIRED_ATTEMPTS } else { ATTEMPTS },
         })
         .collect()
-}
-
-/// Repeats a call while the database or the object store is away, for as long as that is worth while.
-async fn again_while_away<T, F: Future<Output = Result<T, JobStoreError>>>(
-    stop: &watch::Receiver<bool>,
-    patience: Duration,
-    call: impl Fn() -> F,
-) -> Result<T, JobStoreError> {
-    let begin = tokio::time::Instant::now();
-    let mut wait = Duration::from_millis(100);
-    loop {
-        match call().await {
-            Err(e) if e.is_transient() && begin.elapsed() < patience && !*stop.borrow() => {
-                tracing::warn!("trying again: {e}");
-                let mut stop = stop.clone();
-                tokio::select! {
-                    () = tokio::time::sleep(wait) => {}
-                    // Also if whoever could say so is gone.
-                    _ = stop.wait_for(|&s| s) => {}
-                }
-                wait = (wait * 2).min(Duration::from_secs(5));
-            }
-            result => return result,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -38,7 +38,9 @@ pub(crate) fn failed(reason: &str, pause: Duration, followed: &Consequence) {
 pub(crate) fn reaped(task: &Reaped, stage: &str) {
     let Reaped { job, city, unit, attempt, worker, consequence, .. } = task;
     let seconds = seconds(consequence.took);
-    if consequence.again {
+    if worker.is_empty() {
+        tracing::error!(job, city, stage, unit, "no worker has what the task needs: task failed for good");
+    } else if consequence.again {
         tracing::warn!(job, city, stage, unit, attempt, worker, seconds, "worker fell silent, task to be tried again");
     } else {
         tracing::error!(job, city, stage, unit, attempt, worker, seconds, "worker fell silent, task failed for good");
@@ -54,6 +56,7 @@ pub(crate) fn reaped(task: &Reaped, stage: &str) {
 fn consequences(followed: &Consequence) {
     match &followed.publication {
         Some(Published::Generation(generation)) => tracing::info!(generation, "city published"),
+        Some(Published::Unchanged(generation)) => tracing::info!(generation, "nothing has changed in the city"),
         Some(Published::Withheld(reason)) => tracing::warn!(reason, "city not published"),
         None => {}
     }

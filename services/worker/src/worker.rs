@@ -2,12 +2,13 @@
 
 use crate::cache::Cache;
 use crate::child::State;
+use crate::health::Health;
 use crate::log::Log;
 use crate::task::Around;
 use crate::tell;
 use crate::{Limits, WorkerError};
 use gable_files::SourceRoots;
-use gable_job_store::{Blobs, Claim, JobStoreError, Store, Worker as Seen};
+use gable_job_store::{Blobs, Claim, Claimant, JobStoreError, Store, Worker as Seen};
 use std::convert::Infallible;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -16,6 +17,9 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tracing::Instrument as _;
 
+/// How often a worker says that it is alive, at least.
+const SEEN: Duration = Duration::from_secs(5);
+
 /// How a worker works.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -23,6 +27,12 @@ pub struct Settings {
     pub id: String,
     /// Name of its machine.
     pub host: String,
+    /// Name of its process, unique among all that ever were.
+    pub node: String,
+    /// How its process does.
+    pub health: Arc<Health>,
+    /// How long a process that failed different tasks in a row rests.
+    pub rest: Duration,
     /// Name of a stage by its number, as people know it.
     pub stage_name: fn(i64) -> &'static str,
     /// Which meshes it may read.
@@ -74,10 +84,15 @@ impl Worker {
     /// # Errors
     /// What would hit every task: the worker's folder or its program. While the database is away, the worker waits.
     pub async fn run(&self, stop: watch::Receiver<bool>) -> Result<(), WorkerError> {
-        tokio::select! {
+        let ended = tokio::select! {
             ended = self.work(stop) => ended,
             never = self.be_seen() => match never {},
+        };
+        // Nobody is to wait for it.
+        if let Err(e) = self.store.part_from_worker(&self.settings.id).await {
+            tracing::warn!("the worker cannot say that it has stopped: {e}");
         }
+        ended
     }
 
     async fn work(&self, mut stop: watch::Receiver<bool>) -> Result<(), WorkerError> {
@@ -140,16 +155,31 @@ impl Worker {
     }
 
     async fn claim(&self) -> Result<Option<Claim>, JobStoreError> {
-        for task in self.store.reap().await? {
-            tell::reaped(&task, (self.settings.stage_name)(task.stage));
-        }
-        let claim = self.store.claim(&self.settings.id, self.settings.lease).await?;
+        self.reap().await?;
+        let Settings { id, node, folder, health, rest, .. } = &self.settings;
+        let by = Claimant {
+            worker: id.clone(),
+            node: node.clone(),
+            task_memory: i64::try_from(self.settings.limits.memory).unwrap_or(i64::MAX),
+        };
+        let claim = match health.may_claim(&self.store, node, folder, *rest).await? {
+            true => self.store.claim_as(&by, self.settings.lease).await?,
+            false => None,
+        };
         let name = claim.as_ref().map(|c| format!("{} {} {}", c.job, c.stage, c.unit));
         *self.task.lock().unwrap_or_else(PoisonError::into_inner) = name;
         Ok(claim)
     }
 
-    /// Says from time to time that the worker is alive, and what it does.
+    /// Takes back what others have lost.
+    async fn reap(&self) -> Result<(), JobStoreError> {
+        for task in self.store.reap().await? {
+            tell::reaped(&task, (self.settings.stage_name)(task.stage));
+        }
+        Ok(())
+    }
+
+    /// Says from time to time that the worker is alive, and what it does; and takes back what others have lost, for all workers may be busy.
     async fn be_seen(&self) -> Infallible {
         loop {
             let seen = Seen {
@@ -161,11 +191,16 @@ impl Worker {
                 seen: 0,
                 task: self.task.lock().unwrap_or_else(PoisonError::into_inner).clone(),
                 memory: i64::try_from(self.state.borrow().memory).unwrap_or(i64::MAX),
+                node: self.settings.node.clone(),
+                task_memory: i64::try_from(self.settings.limits.memory).unwrap_or(i64::MAX),
+                trouble: self.settings.health.trouble(),
             };
             if let Err(e) = self.store.see_worker(&seen).await {
                 tracing::warn!("the worker cannot say that it is alive: {e}");
+            } else if let Err(e) = self.reap().await {
+                tracing::warn!("what others have lost cannot be taken back: {e}");
             }
-            tokio::time::sleep(self.settings.lease / 3).await;
+            tokio::time::sleep(SEEN.min(self.settings.lease / 3)).await;
         }
     }
 }

@@ -5,6 +5,7 @@ mod client;
 mod failures;
 mod hostile;
 mod jobs;
+mod nodes;
 mod readme;
 mod refresh;
 mod secrets;

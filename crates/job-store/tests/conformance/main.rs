@@ -3,7 +3,9 @@
 
 mod blobs;
 mod cities;
+mod nodes;
 mod postgres;
+mod removal;
 mod s3_server;
 mod schedules;
 mod suite;
@@ -85,6 +87,14 @@ conformance!(
     cities::outcomes_are_taken_over,
     cities::a_retry_begins_with_what_failed,
     cities::only_what_nothing_refers_to_is_removed,
+    nodes::a_broken_node_leaves_tasks_to_others,
+    nodes::a_task_fails_only_when_nodes_have_tried_it,
+    nodes::losses_are_counted_apart,
+    nodes::a_task_goes_to_a_node_that_has_what_it_needs,
+    removal::an_unchanged_refresh_makes_no_generation,
+    removal::generations_jobs_and_cities_are_deleted,
+    removal::what_is_kept_no_longer_goes,
+    removal::what_failed_keeps_its_blobs_for_a_while,
     tenants::a_city_is_of_whom_it_was_first,
     tenants::a_city_rolls_back_to_any_generation,
     tenants::tokens_rotate_by_name,

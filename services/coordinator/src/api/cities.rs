@@ -124,7 +124,7 @@ pub(crate) struct GenerationsQuery {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(crate) struct ChangesQuery {
-    /// The earlier generation; by default the one before `to`. 0 for nothing at all.
+    /// The earlier generation; by default the one that is kept before `to`. 0 for nothing at all.
     #[param(minimum = 0)]
     from: Option<i64>,
     /// The later generation; by default the one that readers see.
@@ -270,7 +270,11 @@ pub(crate) async fn changes(
         number => chosen(&service, &name, number).await.map(|g| g.number),
     };
     let to = of(query.to).await?;
-    let from = of(Some(query.from.unwrap_or((to - 1).max(0)))).await?;
+    let from = match query.from {
+        Some(from) => of(Some(from)).await?,
+        // Those between may have been removed.
+        None => service.store.generations(&name, Some(to), 1).await?.first().map_or(0, |before| before.number),
+    };
     if from == 0 && to == 0 {
         chosen(&service, &name, None).await?;
     }

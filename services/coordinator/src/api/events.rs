@@ -24,7 +24,7 @@ pub(crate) struct EventView {
     number: i64,
     /// When, RFC 3339.
     at: String,
-    /// submitted, state, stage, claimed, done, reused, retry, failed or priority.
+    /// submitted, state, stage, claimed, done, reused, retry, failed, waiting, priority, published, unchanged or withheld.
     #[schema(example = "done")]
     kind: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]

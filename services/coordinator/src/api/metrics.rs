@@ -113,6 +113,9 @@ fn text(figures: &Figures, stored: i64) -> String {
     let name = "gable_workers";
     out.metric(name, "gauge", "Workers that were seen of late.");
     out.sample(name, &[], figures.workers.len());
+    let name = "gable_workers_in_trouble";
+    out.metric(name, "gauge", "Workers that were seen of late and take no tasks, for something is wrong with them.");
+    out.sample(name, &[], figures.workers.iter().filter(|w| w.trouble.is_some()).count());
     let name = "gable_worker_memory_bytes";
     out.metric(name, "gauge", "Memory of the task that a worker does.");
     for worker in &figures.workers {
@@ -138,6 +141,9 @@ mod tests {
             seen: 0,
             task: None,
             memory: 5,
+            node: "n".to_owned(),
+            task_memory: 7,
+            trouble: Some("rests".to_owned()),
         };
         let figures = Figures {
             jobs: vec![(JobState::Running, 2)],
@@ -163,6 +169,7 @@ mod tests {
             "gable_task_seconds_sum{stage=\"sample\"} 2.5",
             "gable_task_seconds_count{stage=\"sample\"} 7",
             "gable_artifact_bytes_total{stage=\"sample\"} 70",
+            "gable_workers_in_trouble 1",
             "gable_worker_memory_bytes{worker=\"w\\\"1\",host=\"h\"} 5",
         ] {
             assert!(told.lines().any(|l| l == line), "{line} is not in\n{told}");

@@ -18,6 +18,7 @@ mod members;
 mod metrics;
 mod parameters;
 mod parts;
+mod removal;
 mod schedules;
 mod seams;
 mod uploads;
@@ -144,7 +145,7 @@ fn routes() -> OpenApiRouter<Coordinator> {
     description.security = Some(vec![SecurityRequirement::new("token", [""; 0])]);
     let v1 = OpenApiRouter::new()
         .routes(routes!(jobs::submit, jobs::list))
-        .routes(routes!(jobs::show))
+        .routes(routes!(jobs::show, removal::job))
         .routes(routes!(jobs::cancel))
         .routes(routes!(jobs::pause))
         .routes(routes!(jobs::resume))
@@ -159,9 +160,9 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(files::list))
         .routes(routes!(files::content))
         .routes(routes!(cities::list))
-        .routes(routes!(cities::show))
+        .routes(routes!(cities::show, removal::city))
         .routes(routes!(cities::generations))
-        .routes(routes!(cities::generation))
+        .routes(routes!(cities::generation, removal::generation))
         .routes(routes!(cities::changes))
         .routes(routes!(members::list))
         .routes(routes!(members::put, members::remove))

@@ -24,6 +24,11 @@ pub(crate) struct WorkerView {
     task: Option<String>,
     /// Memory in use, bytes.
     memory: i64,
+    /// Most memory that a task may use there, bytes.
+    task_memory: i64,
+    /// Why it takes no tasks, if it takes none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trouble: Option<String>,
 }
 
 /// The workers, those seen last first
@@ -45,6 +50,8 @@ pub(crate) async fn list(State(service): State<Coordinator>, caller: Caller) -> 
         // It names jobs and cities, whosever they are.
         task: w.task.filter(|_| caller.scope == Scope::Operator),
         memory: w.memory,
+        task_memory: w.task_memory,
+        trouble: w.trouble,
     });
     Ok(Json(view.collect()))
 }

@@ -12,6 +12,8 @@ Examples:
   gable city share delft group:planning viewer
   gable city unshare delft bob
   gable city roll-back delft 12
+  gable city delete-generation delft 11
+  gable city delete delft --confirm delft
 
 A city is of whoever submits its first job. Viewers look at it and its jobs; editors submit jobs and steer their own; owners steer all
 of its jobs, say who its members are, and roll it back.";
@@ -52,12 +54,57 @@ pub(crate) enum CityAction {
         /// Name of a token, or group:NAME
         member: String,
     },
+    /// Delete a generation that readers do not see
+    DeleteGeneration {
+        #[command(flatten)]
+        of: OneCityArgs,
+        /// Its number
+        generation: i64,
+    },
+    /// Delete a city with its generations, jobs and members
+    Delete {
+        #[command(flatten)]
+        of: OneCityArgs,
+        /// The name of the city once more: nothing of it can be had back
+        #[arg(long, value_name = "NAME")]
+        confirm: String,
+    },
     /// Publish an earlier generation anew, as the newest one
     RollBack {
         #[command(flatten)]
         of: OneCityArgs,
         /// Its number
         generation: i64,
+    },
+}
+
+const UPLOAD_HELP: &str = "\
+Examples:
+  gable upload list
+  gable upload delete 0198c0de-5f01-7a30-8000-2f0d6b1c9a55";
+
+/// Arguments of `gable upload`.
+#[derive(Args, Debug)]
+#[command(after_help = UPLOAD_HELP)]
+pub(crate) struct UploadArgs {
+    #[command(subcommand)]
+    pub(crate) action: UploadAction,
+    /// Print the answer as JSON on standard output
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+}
+
+/// What to do with uploads.
+#[derive(Debug, Subcommand)]
+pub(crate) enum UploadAction {
+    /// List the meshes that were sent
+    List(AtArgs),
+    /// Delete a mesh that was sent
+    Delete {
+        /// Its id
+        id: String,
+        #[command(flatten)]
+        at: AtArgs,
     },
 }
 

@@ -143,6 +143,13 @@ Examples:
 
 Does again what failed of a partial or failed job, and what depends on it.";
 
+/// Arguments of `gable delete`.
+#[derive(Args, Debug)]
+pub(crate) struct DeleteArgs {
+    #[command(flatten)]
+    pub(crate) of: JobArgs,
+}
+
 /// Arguments of `gable retry`.
 #[derive(Args, Debug)]
 #[command(after_help = RETRY_HELP)]

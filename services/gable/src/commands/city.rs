@@ -1,7 +1,7 @@
 //! `gable city` and `gable audit`: whose a city is, its generations, and who did what.
 
 use super::jobs::text;
-use crate::cli::{AuditArgs, CityAction, CityArgs, OneCityArgs};
+use crate::cli::{AuditArgs, CityAction, CityArgs, OneCityArgs, UploadAction, UploadArgs};
 use crate::exit::Outcome;
 use crate::remote::Remote;
 use crate::{table, terminal};
@@ -28,11 +28,35 @@ pub(crate) fn run(args: &CityArgs) -> anyhow::Result<Outcome> {
             Remote::new(&of.remote)?.delete(&place(of, &format!("/members/{}", escaped(member))))?;
             say(&json!({ "removed": member }), args.json, &format!("{member} is no member of {} any more", of.city));
         }
+        CityAction::DeleteGeneration { of, generation } => {
+            Remote::new(&of.remote)?.delete(&place(of, &format!("/generations/{generation}")))?;
+            let line = format!("generation {generation} of {} is gone", of.city);
+            say(&json!({ "deleted": generation }), args.json, &line);
+        }
+        CityAction::Delete { of, confirm } => {
+            Remote::new(&of.remote)?.delete(&place(of, &format!("?confirm={}", escaped(confirm))))?;
+            say(&json!({ "deleted": of.city }), args.json, &format!("{} is gone", of.city));
+        }
         CityAction::RollBack { of, generation } => {
             let body = json!({ "generation": generation });
             let made = Remote::new(&of.remote)?.post(&place(of, "/roll-back"), &[], Some(&body))?;
             let line = format!("generation {} of {} is what {generation} was", text(&made["number"]), of.city);
             say(&made, args.json, &line);
+        }
+    }
+    Ok(Outcome::Success)
+}
+
+/// Lists or deletes meshes that were sent.
+pub(crate) fn upload(args: &UploadArgs) -> anyhow::Result<Outcome> {
+    match &args.action {
+        UploadAction::List(at) => {
+            let all = Remote::new(&at.remote)?.get("/uploads")?;
+            tell(&all, args.json, &["id", "name", "city", "owner", "bytes", "files", "created"]);
+        }
+        UploadAction::Delete { id, at } => {
+            Remote::new(&at.remote)?.delete(&format!("/uploads/{}", escaped(id)))?;
+            say(&json!({ "deleted": id }), args.json, &format!("upload {id} is gone"));
         }
     }
     Ok(Outcome::Success)

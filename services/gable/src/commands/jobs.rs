@@ -1,6 +1,6 @@
 //! `gable submit`, `status`, `cancel`, `retry`: jobs of a service on another machine.
 
-use crate::cli::{CancelArgs, JobArgs, RetryArgs, Send, StatusArgs, SubmitArgs};
+use crate::cli::{CancelArgs, DeleteArgs, JobArgs, RetryArgs, Send, StatusArgs, SubmitArgs};
 use crate::exit::{Outcome, UsageError};
 use crate::remote::{Remote, RemoteError};
 use crate::send::{self, Mesh};
@@ -103,6 +103,18 @@ pub(crate) fn status(args: &StatusArgs) -> anyhow::Result<Outcome> {
 pub(crate) fn cancel(args: &CancelArgs) -> anyhow::Result<Outcome> {
     let (_, job) = steered(&args.of, "cancel")?;
     tell(&job, args.of.json, "state");
+    Ok(Outcome::Success)
+}
+
+/// Deletes a job that is over.
+pub(crate) fn delete(args: &DeleteArgs) -> anyhow::Result<Outcome> {
+    let id = &args.of.job;
+    Remote::new(&args.of.remote)?.delete(&format!("/jobs/{}", escaped(id)))?;
+    if args.of.json {
+        terminal::json(&json!({ "deleted": id }));
+    } else {
+        terminal::stdout(&format!("job {id} is gone"));
+    }
     Ok(Outcome::Success)
 }
 

@@ -42,6 +42,8 @@ pub(crate) fn dispatch(cli: &Cli) -> anyhow::Result<Outcome> {
         Command::Retry(args) => jobs::retry(args),
         Command::Download(args) => download::run(args, cli.global.quiet),
         Command::City(args) => city::run(args),
+        Command::Upload(args) => city::upload(args),
+        Command::Delete(args) => jobs::delete(args),
         Command::Audit(args) => city::audit(args),
         Command::Schedule(args) => schedule::run(args),
         Command::Task(args) => task::run(args),

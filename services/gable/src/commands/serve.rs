@@ -5,7 +5,8 @@ use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
 use gable_coordinator::{Coordinator, Limits, Patience, create_first_token};
-use gable_job_store::Store;
+use gable_job_store::{Retention, Store};
+use std::time::Duration;
 
 /// Serves until it is stopped.
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<Outcome> {
@@ -22,7 +23,7 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         return Err(UsageError(text).into());
     }
     let mut stop = service::stop_signal()?;
-    let parts = service::open(&args.keep).await?;
+    let Some(parts) = service::open_unless_stopped(&args.keep, &mut stop).await? else { return Ok(()) };
     let listener = tokio::net::TcpListener::bind(args.listen)
         .await
         .map_err(|e| UsageError(format!("--listen {}: {e}", args.listen)))?;
@@ -43,6 +44,7 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     say_who_may_ask(&parts.store, args.open).await?;
     // Programs that start the service read this line to learn the port.
     terminal::stdout(&format!("listening on http://{address}"));
+    let (last_stop, most) = (stop.clone(), service::time_to_stop(&args.slots)?);
     let working = service::work(workers, stop.clone());
     let collect_stop = stop.clone();
     let (ticking, tick_stop) = (coordinator.clone(), stop.clone());
@@ -62,19 +64,41 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         &parts,
         hours("collect-age", args.collect_age)?,
         hours("keep-age", args.keep_age)?,
+        retention(args)?,
         collect_stop,
     );
-    let (working, (), (), (), delivering) = tokio::join!(
-        working,
-        // What was asked for last is noted, too.
-        async {
-            tokio::join!(serving, noting);
-        },
-        collecting,
-        ticking,
-        delivering
-    );
-    working.and(delivering.context("sending to webhooks"))
+    let all = async {
+        let (working, (), (), (), delivering) = tokio::join!(
+            working,
+            // What was asked for last is noted, too.
+            async {
+                tokio::join!(serving, noting);
+            },
+            collecting,
+            ticking,
+            delivering
+        );
+        working.and(delivering.context("sending to webhooks"))
+    };
+    service::within(all, last_stop, most).await
+}
+
+/// For how long a worker that is not seen any more is told.
+const WORKERS: Duration = Duration::from_secs(7 * 86_400);
+
+/// What is kept, and for how long.
+fn retention(args: &ServeArgs) -> Result<Retention, UsageError> {
+    let days = |name, value: f64| match value {
+        0.0 => Ok(None),
+        value => service::seconds(name, value * 86_400.0).map(Some),
+    };
+    Ok(Retention {
+        generations: args.keep_generations,
+        generation_age: days("keep-generations-age", args.keep_generations_age)?,
+        job_age: days("keep-jobs", args.keep_jobs)?,
+        audit_age: days("keep-audit", args.keep_audit)?,
+        worker_age: WORKERS,
+    })
 }
 
 /// Says who may use the service. Where nobody could, because no token was made yet, makes an operator's and tells it: once, and to

@@ -5,7 +5,7 @@ import { ApiError, type Change, type City, type Generation, type Member, cityPla
 import { ago, count, plural } from '../format';
 import { type Route, link, replaceQuery } from '../router';
 import { Columns, Empty, Failure, Loading, useGet, useNow } from '../ui';
-import { Members, RollBack, useOwns } from './members';
+import { DeleteCity, DeleteGeneration, Members, RollBack, useOwns } from './members';
 import { type Roof, roofsByBuilding } from './pictures';
 
 export function CityPage({ name, route }: { name: string; route: Route }) {
@@ -21,7 +21,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
   const current = city.current;
   if (!current) return <Empty title="Nothing published yet">The first job of {name} that ends well publishes it: <a href={link(['jobs'], { city: name })}>its jobs</a>.</Empty>;
   const to = Number(route.query.get('to') ?? current.number);
-  const from = Number(route.query.get('from') ?? Math.max(0, to - 1));
+  const from = Number(route.query.get('from') ?? generations.find((g) => g.number < to)?.number ?? 0);
   return (
     <>
       <div>
@@ -53,10 +53,11 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
                   <td class="number removed" data-label="Removed">{g.removed || ''}</td>
                   <td class="number changed" data-label="Changed">{g.changed || ''}</td>
                   <td class="actions">
-                    <button onClick={() => replaceQuery(route, { to: String(g.number), from: String(g.number - 1) })}>What changed</button>
+                    <button onClick={() => replaceQuery(route, { to: String(g.number), from: String(generations.find((o) => o.number < g.number)?.number ?? 0) })}>What changed</button>
                     <a class="button" href={link(['cities', name, 'view'], { generation: g.number })}>Open</a>
                     <a class="button" href={link(['jobs', g.job])}>Job</a>
                     {owns && g.number !== current.number && <RollBack city={name} generation={g.number} then={() => { again(); reload(); }} />}
+                    {owns && g.number !== current.number && <DeleteGeneration city={name} generation={g.number} then={reload} />}
                   </td>
                 </tr>
               ))}
@@ -66,6 +67,7 @@ export function CityPage({ name, route }: { name: string; route: Route }) {
       </section>
       <Members city={name} />
       <Changes key={`${from}-${to}`} name={name} from={from} to={to} />
+      {owns && <DeleteCity city={name} />}
     </>
   );
 }

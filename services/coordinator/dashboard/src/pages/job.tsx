@@ -99,6 +99,7 @@ function Head({ job }: { job: JobDetail }) {
           {may && job.state === 'running' && <Action label="Pause" run={steer('pause')} />}
           {may && job.state === 'paused' && <Action label="Resume" kind="primary" run={steer('resume')} />}
           {may && (job.state === 'partial' || job.state === 'failed') && !job.progress.some((p) => p.failed) && <Action label="Retry what failed" run={steer('retry')} />}
+          {may && job.finished && <Action label="Delete" kind="danger" run={async () => { if (confirm('Delete this job with its events, logs and result for good? What it published stays.')) { await send('DELETE', `/jobs/${job.id}`); location.hash = '#/jobs'; } }} />}
           {may && !job.finished && <Action label="Cancel" kind="danger" run={async () => { if (confirm('Cancel this job for good?')) await steer('cancel')(); }} />}
         </div>
       </div>

@@ -55,6 +55,34 @@ export function Members({ city }: { city: string }) {
   );
 }
 
+/// Deletes an earlier generation, once it was asked for twice.
+export function DeleteGeneration({ city, generation, then }: { city: string; generation: number; then: () => void }) {
+  const [sure, ask] = useState(false);
+  if (!sure) return <button onClick={() => ask(true)}>Delete</button>;
+  return (
+    <>
+      <Action label={`Delete ${generation} for good`} run={() => send('DELETE', `${pathOf(city)}/generations/${generation}`).then(then)} />
+      <button onClick={() => ask(false)}>No</button>
+    </>
+  );
+}
+
+/// Deletes a city, once its name was typed.
+export function DeleteCity({ city }: { city: string }) {
+  const [name, setName] = useState('');
+  const run = () => send('DELETE', `${pathOf(city)}?confirm=${encodeURIComponent(name)}`).then(() => { location.hash = '#/cities'; });
+  return (
+    <details class="card">
+      <summary>Delete this city</summary>
+      <p>With its generations, jobs and members. Nothing of it can be had back.</p>
+      <p class="actions">
+        <label class="row">Its name <input name="confirm" value={name} autocomplete="off" onInput={(e) => setName(e.currentTarget.value)} /></label>
+        {name === city && <Action label={`Delete ${city} for good`} run={run} />}
+      </p>
+    </details>
+  );
+}
+
 /// Publishes an earlier generation anew, once it was asked for twice.
 export function RollBack({ city, generation, then }: { city: string; generation: number; then: () => void }) {
   const [sure, ask] = useState(false);
