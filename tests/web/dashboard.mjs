@@ -178,7 +178,7 @@ try {
   const truth = tiles.map((t) => t.CityObjects[id]).find(Boolean)?.attributes;
   check(truth && id === place.id, `the building that was clicked is ${place.id}, the one told ${id}`);
   const told = await card.innerText();
-  check(told.includes(truth.roof_type) && told.includes(`${truth.measured_height_m} m`) && told.includes(`${truth.rmse_m} m`), `its attributes are told: ${told}`);
+  check(told.includes(truth.roofType) && told.includes(`${truth.measuredHeight} m`) && told.includes(`${truth.rmse_m} m`), `its attributes are told: ${told}`);
   step('the mesh beside and under the model');
   await page.getByRole('button', { name: 'Aslant' }).click();
   const canvas = page.locator('.viewer canvas');

@@ -199,10 +199,11 @@ fn attributes(
     put("ground_height_m", number(base, 2));
     put("eave_height_m", number(lods::eave_height(partition, planes), 2));
     put("ridge_height_m", number(base + model.height, 2));
-    put("measured_height_m", number(model.height, 2));
+    // The names that CityGML and CityJSON have for them.
+    put("measuredHeight", number(model.height, 2));
     put("footprint_area_m2", number(model.area, 2));
     put("volume_m3", number(volume, 2));
-    put("roof_type", Value::Text(RoofType::of(&weighted).name().to_owned()));
+    put("roofType", Value::Text(RoofType::of(&weighted).name().to_owned()));
     put("rmse_m", number(model.rmse, 3));
     put("completeness", number(seen, 3));
     put("method", Value::Text(params.method.name().to_owned()));

@@ -350,7 +350,7 @@ fn record(
             if let Some(evidence) = &task.evidence {
                 building.attributes.extend(evidence_attributes(evidence));
             }
-            record.roof_type = match building.attributes.get("roof_type") {
+            record.roof_type = match building.attributes.get("roofType") {
                 Some(Value::Text(name)) => Some(name.clone()),
                 _ => None,
             };

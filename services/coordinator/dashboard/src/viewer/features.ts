@@ -55,7 +55,10 @@ function ramp(part: number): Colour {
 }
 
 const number = (value: unknown) => (typeof value === 'number' && value !== -9999 ? value : undefined);
-export const heightOf = (b: Properties) => number(b.measured_height_m) ?? number(b.height_m);
+export const heightOf = (b: Properties) => number(b.measuredHeight) ?? number(b.measured_height_m) ?? number(b.height_m);
+
+/** Older results have the second name. */
+const roofOf = (b: Properties) => b.roofType ?? b.roof_type;
 
 function colourOf(mode: Mode, building: Properties): Colour {
   const scaled = (value: number | undefined, most: number) => (value === undefined ? hex(MISSING) : ramp(value / most));
@@ -65,7 +68,7 @@ function colourOf(mode: Mode, building: Properties): Colour {
     case 'RMSE':
       return scaled(number(building.rmse_m), RMSE_MOST);
     case 'roof type':
-      return building.roof_type ? hex(kind(mode, String(building.roof_type))) : hex(MISSING);
+      return roofOf(building) ? hex(kind(mode, String(roofOf(building)))) : hex(MISSING);
     default:
       return building.method ? hex(kind(mode, String(building.method))) : hex(MISSING);
   }

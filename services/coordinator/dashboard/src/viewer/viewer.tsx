@@ -259,9 +259,10 @@ function Key({ mode, buildings, loading, compare }: { mode: Mode; buildings: num
 /// Names that are abbreviations.
 const SHORT = ['lod', 'rmse'];
 
-const UNITS: [RegExp, string][] = [[/_m2$/, ' m²'], [/_m3$/, ' m³'], [/_m$/, ' m'], [/_deg$/, '°']];
+const UNITS: [RegExp, string][] = [[/(?<=^measuredHeight)$/, ' m'], [/_m2$/, ' m²'], [/_m3$/, ' m³'], [/_m$/, ' m'], [/_deg$/, '°']];
 
-const title = (name: string) => (SHORT.includes(name) ? name.toUpperCase() : name.replaceAll('_', ' '));
+const title = (name: string) =>
+  SHORT.includes(name) ? name.toUpperCase() : name.replace(/([a-z])([A-Z])/g, '$1 $2').toLowerCase().replaceAll('_', ' ');
 
 function shown(name: string, value: string | number): [string, string] {
   for (const [ending, unit] of UNITS) {
