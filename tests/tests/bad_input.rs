@@ -350,8 +350,8 @@ fn y_up_is_detected_and_can_be_accepted() {
         })
         .collect();
     let path = case.file("side.obj", turned.replace("-0\n", "0\n"));
-    let said = "{}/side.obj: the model seems to be y up: 3600 m² of it face along y and 120 m² along z, and it measures \
-                60 × 6 × 60 m: pass --up y to turn it, or --up z if it is z up";
+    let said = "{}/side.obj: the model seems to be y up, not z up: 3600 m² of it face along the side and 120 m² along z, and it measures \
+                60 × 6 × 60 m: pass --up=y to turn it, or --up z if it is z up";
     case.refused(&path, &[], said);
     let summary = case.accepted(&path, &["--up", "y"]);
     assert!(summary["area_m2"].as_f64().unwrap() > 3000.0, "{summary}");

@@ -41,11 +41,7 @@ pub(crate) fn crs_of(text: &str) -> Option<Crs> {
         let horizontal = name.split('*').next()?;
         return GERMAN.iter().find(|(known, _)| *known == horizontal).map(|&(_, code)| Crs::Epsg(code));
     }
-    if !text.to_ascii_uppercase().contains("EPSG") {
-        return text.parse().ok();
-    }
-    let code = text.rsplit([':', '/', '#']).next()?;
-    format!("EPSG:{code}").parse().ok()
+    gable_reference_systems::read(text).ok().filter(|crs| *crs != Crs::Unknown)
 }
 
 #[cfg(test)]
@@ -59,7 +55,9 @@ mod tests {
             assert_eq!(crs_of(text), Some(Crs::Epsg(7415)));
         }
         assert_eq!(crs_of("urn:adv:crs:DE_DHDN_3GK4*DE_DHN92_NH"), Some(Crs::Epsg(31468)));
-        assert_eq!(crs_of("ENU:34.2,108.9"), Some(Crs::Enu { latitude: 34.2, longitude: 108.9 }));
+        assert_eq!(crs_of("ENU:34.2,108.9"), Some(Crs::Enu { latitude: 34.2, longitude: 108.9, height: 0.0 }));
+        let pair = Crs::Compound { horizontal: 25832, vertical: 7837 };
+        assert_eq!(crs_of("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::7837"), Some(pair));
         assert_eq!(crs_of("urn:adv:crs:MARS"), None);
         assert_eq!(crs_of("EPSG"), None);
     }

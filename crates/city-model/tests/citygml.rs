@@ -45,7 +45,11 @@ fn the_schema_accepts_every_kind_of_object() {
     let Some(schema) = schema() else { return };
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.gml");
-    for crs in [Crs::Epsg(7415), Crs::Enu { latitude: 34.2196, longitude: 108.9594 }] {
+    for crs in [
+        Crs::Epsg(7415),
+        Crs::Enu { latitude: 34.2196, longitude: 108.9594, height: 445.5 },
+        Crs::Compound { horizontal: 25832, vertical: 7837 },
+    ] {
         let mut model = city(crs);
         model.buildings[0].attributes.extend([
             ("class".to_owned(), Value::Text("1000".to_owned())),
@@ -73,7 +77,12 @@ fn the_schema_accepts_every_kind_of_object() {
 fn what_was_written_comes_back() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.gml");
-    for crs in [Crs::Epsg(7415), Crs::Enu { latitude: 34.2196, longitude: 108.9594 }, Crs::Unknown] {
+    for crs in [
+        Crs::Epsg(7415),
+        Crs::Enu { latitude: 34.2196, longitude: 108.9594, height: 445.5 },
+        Crs::Compound { horizontal: 25832, vertical: 7837 },
+        Crs::Unknown,
+    ] {
         let mut model = city(crs);
         model.buildings[1].attributes.insert("roofType".to_owned(), Value::Text("gabled".to_owned()));
         write_citygml_file(&model, &path).unwrap();

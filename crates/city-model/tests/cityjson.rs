@@ -61,7 +61,12 @@ fn as_written(mut model: CityModel) -> CityModel {
 
 #[test]
 fn every_kind_of_object_passes_the_schema() {
-    for crs in [Crs::Epsg(7415), Crs::Unknown, Crs::Enu { latitude: 34.2196, longitude: 108.9594 }] {
+    for crs in [
+        Crs::Epsg(7415),
+        Crs::Unknown,
+        Crs::Enu { latitude: 34.2196, longitude: 108.9594, height: 445.5 },
+        Crs::Compound { horizontal: 25832, vertical: 7837 },
+    ] {
         assert_schema(&city(crs));
     }
     let empty = CityModel { buildings: vec![], terrain: None, ..city(Crs::Unknown) };
@@ -70,7 +75,12 @@ fn every_kind_of_object_passes_the_schema() {
 
 #[test]
 fn what_was_written_comes_back() {
-    for crs in [Crs::Epsg(7415), Crs::Unknown, Crs::Enu { latitude: 34.2196, longitude: 108.9594 }] {
+    for crs in [
+        Crs::Epsg(7415),
+        Crs::Unknown,
+        Crs::Enu { latitude: 34.2196, longitude: 108.9594, height: 445.5 },
+        Crs::Compound { horizontal: 25832, vertical: 7837 },
+    ] {
         let model = city(crs);
         let expected = as_written(model.clone());
         let options = ReadOptions { origin: Some(model.origin) };

@@ -7,6 +7,7 @@ mod budget;
 mod clock;
 mod error;
 mod failure;
+mod geography;
 mod known;
 pub mod label_map;
 mod mosaic;

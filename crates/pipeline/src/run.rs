@@ -17,7 +17,7 @@ use crate::{PipelineError, artefact, failure, warnings};
 use artefact::LabelTile;
 use gable_city_model::Building;
 use gable_files::Reach;
-use gable_geometry::{Box2, Crs};
+use gable_geometry::{Box2, DVec3};
 use gable_ortho::{DecodedImage, GridWindow, Orthograph, TextureCache};
 use gable_scene::{Material, OpenOptions, Scene, load_texture};
 use gable_segmentation::{Label, Terrain};
@@ -64,7 +64,7 @@ fn run_here(
     let begin = Instant::now();
     let scene = open(input, params, reach)?;
     artefact::create_dir(out)?;
-    let workspace = Workspace::open(out, scene.files(), params)?;
+    let workspace = Workspace::open(out, &scene, params)?;
     let context = Context { params, observer, workspace: &workspace, reach: &Reach::everything() };
     let title = title(input);
     let mut clock = Clock::default();
@@ -90,6 +90,7 @@ fn run_here(
     }
     let coloured = is_coloured(&seen);
     warnings::tell(observer, warnings::of_scene(&blocks.frame().crs, coloured), &mut warnings);
+    warnings::tell(observer, warnings::of_place(&blocks, params), &mut warnings);
     let (ground, survey) =
         clock.time(Stage::Terrain, || terrain::terrain(&context, &blocks, &mut ortho, coloured, &mut failures))?;
     let known = params.segmentation.footprints.as_deref();
@@ -171,12 +172,12 @@ pub(crate) fn open(input: &Path, params: &Params, reach: &Reach) -> Result<Scene
         Up::Auto => gable_scene::Up::Auto,
         Up::Y => gable_scene::Up::Y,
         Up::Z => gable_scene::Up::Z,
+        Up::MinusZ => gable_scene::Up::MinusZ,
+        Up::MinusY => gable_scene::Up::MinusY,
     };
-    let crs = match params.input.crs.as_str() {
-        "auto" => None,
-        text => Some(text.parse::<Crs>().map_err(|e| PipelineError::Input(e.to_string()))?),
-    };
-    Scene::open(input, &OpenOptions { up, crs, reach: reach.clone() }).map_err(|e| PipelineError::Input(e.to_string()))
+    let origin = params.origin()?.map(DVec3::from_array);
+    let options = OpenOptions { up, crs: params.crs()?, origin, reach: reach.clone() };
+    Scene::open(input, &options).map_err(|e| PipelineError::Input(e.to_string()))
 }
 
 /// The textures of materials, of which those within `reach` are read. Files that are known to be unreadable are given with the reason.

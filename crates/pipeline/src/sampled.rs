@@ -37,7 +37,7 @@ pub fn sample_mesh(
     let reach = Reach::everything();
     let scene = run::open(input, params, &reach)?;
     artefact::create_dir(work)?;
-    let workspace = Workspace::open(work, scene.files(), params)?;
+    let workspace = Workspace::open(work, &scene, params)?;
     let context = Context { params, observer, workspace: &workspace, reach: &reach };
     let blocks = split::run(&context, &scene)?;
     let textures = run::textures(blocks.report.materials.clone(), params, &reach, std::collections::BTreeMap::new());

@@ -1,9 +1,12 @@
 //! What was put up with in the input, said to people: at the terminal as it is found, and in the report.
 
 use crate::Observer;
+use crate::geography;
+use crate::params::{Format, Params};
 use crate::stages::holes::Hole;
+use crate::stages::split::Blocks;
 use gable_blocks::SplitReport;
-use gable_geometry::Crs;
+use gable_geometry::{Crs, DVec3};
 use gable_scene::WarningKind;
 use serde::{Deserialize, Serialize};
 
@@ -58,8 +61,21 @@ fn said(kind: WarningKind) -> (&'static str, &'static str) {
         WarningKind::DegenerateFace => ("degenerate face (no area)", "left out"),
         WarningKind::IgnoredStatement => ("statement that is not understood", "passed over"),
         WarningKind::IgnoredFile => ("mesh file of another format", "passed over"),
+        WarningKind::CoarserFile => ("mesh file of a place that another shows finer", "passed over"),
+        WarningKind::OverlappingFiles => (
+            "pair of mesh files that cover the same place",
+            "both are read: give the better one alone if they are two models of it",
+        ),
         WarningKind::EmptyFile => ("mesh file without triangles", "passed over"),
-        WarningKind::SimplifiedCrs => ("reference system that is kept in part", "its heights have no system"),
+        WarningKind::CoarseCoordinates => (
+            "coordinate axis that was rounded",
+            "shapes are no finer than these steps: export with an origin near the mesh, or in double precision",
+        ),
+        WarningKind::ScaledUnits => ("reference system in feet", "the coordinates became metres"),
+        WarningKind::UnusedGeoreference => (
+            "file that tells where meshes lie, but of none that is read",
+            "not used: say where they lie by --origin and --crs",
+        ),
     }
 }
 
@@ -119,6 +135,21 @@ pub(crate) fn of_scene(crs: &Crs, coloured: bool) -> Vec<InputWarning> {
         let what = "mesh without textures, or with few";
         let consequence = "ground, trees and buildings are told apart by geometry alone, which finds less";
         out.push(InputWarning::new(what, consequence, 1, Vec::new()));
+    }
+    out
+}
+
+/// What is odd about where the city lies on Earth, and what its heights were taken for in 3D Tiles.
+pub(crate) fn of_place(blocks: &Blocks, params: &Params) -> Vec<InputWarning> {
+    let crs = &blocks.frame().crs;
+    let (low, high) = blocks.extent();
+    let centre = DVec3::from_array(blocks.frame().origin) + (low + high) / 2.0;
+    let mut out = Vec::new();
+    let found = geography::judge(crs, centre);
+    out.extend(found.map(|(what, consequence)| InputWarning::new(what, &consequence, 1, Vec::new())));
+    if params.output.formats.iter().any(|format| matches!(format, Format::Tiles3d | Format::MeshTiles3d)) {
+        let heights = geography::zero(crs, centre, params.geoid().ok().flatten());
+        out.extend(heights.said.map(|said| InputWarning::new(said.0, &said.1, 1, Vec::new())));
     }
     out
 }

@@ -6,6 +6,7 @@
 use crate::PipelineError;
 use crate::artefact;
 use crate::params::{GROUPS, Params};
+use gable_scene::Scene;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -20,9 +21,10 @@ const FOLDERS: [&str; 6] = ["blocks", "ortho", "mesh", "labels", "models", "over
 
 impl Workspace {
     /// Opens the working folder, emptied if it belongs to another input or to other parameters.
-    pub(crate) fn open(out: &Path, files: &[PathBuf], params: &Params) -> Result<Self, PipelineError> {
+    pub(crate) fn open(out: &Path, scene: &Scene, params: &Params) -> Result<Self, PipelineError> {
         let root = out.join(".work");
-        let key = key(files, params)?;
+        let files: Vec<&PathBuf> = scene.files().iter().chain(scene.described_by()).collect();
+        let key = key(&files, params)?;
         let file = root.join("key");
         let resumed = fs::read_to_string(&file).is_ok_and(|found| found == key);
         if !resumed && root.exists() {
@@ -81,13 +83,13 @@ impl Workspace {
 
 /// Hash of the program's version, the parameters that the result depends on, and the input files with their sizes
 /// and times of change (their content would have to be read twice).
-fn key(files: &[PathBuf], params: &Params) -> Result<String, PipelineError> {
+fn key(files: &[&PathBuf], params: &Params) -> Result<String, PipelineError> {
     let mut hasher = blake3::Hasher::new();
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     let groups: Vec<&str> = GROUPS.iter().map(|(name, _)| *name).collect();
     hasher.update(params.canonical(&groups).as_bytes());
     for path in files {
-        let status = fs::metadata(path).map_err(|source| PipelineError::Io { path: path.clone(), source })?;
+        let status = fs::metadata(path).map_err(|source| PipelineError::Io { path: path.to_path_buf(), source })?;
         let changed =
             status.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok()).map_or(0, |d| d.as_nanos());
         hasher.update(path.as_os_str().as_encoded_bytes());

@@ -7,6 +7,8 @@ pub(crate) const TRIANGLES: u64 = 1_000_000_000;
 pub(crate) const VERTICES: u64 = 250_000_000;
 /// Corners of a face.
 pub(crate) const CORNERS: usize = 1_000_000;
+/// Corners of a face that is not convex: cutting it may take time by their square.
+pub(crate) const CONCAVE_CORNERS: usize = 50_000;
 /// Files and folders in a folder of tiles, together.
 pub(crate) const ENTRIES: usize = 1_000_000;
 

@@ -20,10 +20,18 @@ pub enum WarningKind {
     IgnoredStatement,
     /// A file in the folder that was passed over because another format was preferred.
     IgnoredFile,
+    /// A file of the folder that was passed over because another shows the same place finer.
+    CoarserFile,
+    /// Two files that cover the same place.
+    OverlappingFiles,
     /// A file of the folder that holds no triangles.
     EmptyFile,
-    /// A reference system of which a part could not be kept (a compound's heights).
-    SimplifiedCrs,
+    /// Coordinates that were rounded to steps that can be seen in a model.
+    CoarseCoordinates,
+    /// Coordinates in feet, which became metres.
+    ScaledUnits,
+    /// A file that tells where meshes lie, but of none that is read.
+    UnusedGeoreference,
 }
 
 /// How often a warning came up, with its first places.

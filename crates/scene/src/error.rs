@@ -128,6 +128,14 @@ pub enum SceneError {
         /// What stands there.
         text: String,
     },
+    /// A reference system in which there is no modelling, or none that goes with another.
+    #[error("{}: {what}", path.display())]
+    UnfitCrs {
+        /// The file that tells it, or the input.
+        path: PathBuf,
+        /// What it is, and what to do.
+        what: String,
+    },
     /// A metadata file that cannot be understood.
     #[error("{}: the metadata cannot be understood: {what}", path.display())]
     Metadata {
@@ -138,23 +146,37 @@ pub enum SceneError {
     },
     /// The model lies on its side.
     #[error(
-        "{}: the model seems to be y up: {area_y:.0} m² of it face along y and {area_z:.0} m² along z, \
-         and it measures {extent_x:.0} × {extent_y:.0} × {extent_z:.0} m: pass --up y to turn it, or --up z if it is z up",
-        path.display()
+        "{}: the model seems to be {seems} up, not {assumed} up: {area_y:.0} m² of it face along the side and {area_z:.0} m² along \
+         {assumed}, and it measures {:.0} × {:.0} × {:.0} m: pass --up={seems} to turn it, or --up {assumed} if it is {assumed} up",
+        path.display(), extent[0], extent[1], extent[2]
     )]
-    YUp {
+    OnItsSide {
         /// The input.
         path: PathBuf,
-        /// Area projected along y, m².
+        /// The axis that was taken to point up.
+        assumed: &'static str,
+        /// The axis that seems to.
+        seems: &'static str,
+        /// Area projected along the side that seems to be up, m².
         area_y: f64,
-        /// Area projected along z, m².
+        /// Area projected along the axis that was assumed, m².
         area_z: f64,
-        /// Extent along x, metres.
-        extent_x: f64,
-        /// Extent along y, metres.
-        extent_y: f64,
-        /// Extent along z, metres.
-        extent_z: f64,
+        /// Extent, metres.
+        extent: [f64; 3],
+    },
+    /// The model stands on its head.
+    #[error(
+        "{}: the model seems to stand on its head: its faces look down, and most of it lies high: pass --up={seems} to turn it, \
+         or --up {assumed} if it is right",
+        path.display()
+    )]
+    OnItsHead {
+        /// The input.
+        path: PathBuf,
+        /// The axis that was taken to point up.
+        assumed: &'static str,
+        /// The axis that seems to.
+        seems: &'static str,
     },
     /// The extent is not that of a city in metres.
     #[error(

@@ -2,6 +2,7 @@
 
 use crate::budget;
 use crate::error::{Place, SceneError, shown};
+use crate::gltf_nodes::Nodes;
 use crate::uri::{self, Target};
 use gable_files::Reach;
 use gltf::{Document, buffer, json};
@@ -24,6 +25,7 @@ pub(crate) struct Container {
     pub(crate) path: PathBuf,
     pub(crate) reach: Reach,
     pub(crate) document: Document,
+    pub(crate) nodes: Nodes,
     buffers: Vec<Bytes>,
 }
 
@@ -39,10 +41,12 @@ impl Container {
             let what = format!("its JSON has more than {} objects", budget::JSON_OBJECTS);
             return Err(SceneError::too_much(path, what));
         }
-        let root: json::Root = json::deserialize::from_slice(&json).map_err(|e| fault(&e))?;
+        let mut root: json::Root = json::deserialize::from_slice(&json).map_err(|e| fault(&e))?;
+        let nodes = Nodes::read(&json).map_err(|e| fault(&e))?;
+        root.extensions_required.retain(|name| !is_optional(name));
         check_attributes(&root).map_err(|e| fault(&e))?;
         let document = Document::from_json(root).map_err(|e| fault(&e))?;
-        let mut container = Self { path: path.to_owned(), reach: reach.clone(), document, buffers: Vec::new() };
+        let mut container = Self { path: path.to_owned(), reach: reach.clone(), document, nodes, buffers: Vec::new() };
         let mut buffers = Vec::new();
         for buffer in container.document.buffers() {
             buffers.push(container.find(&buffer, binary)?);
@@ -122,6 +126,20 @@ impl Container {
     pub(crate) fn read_view(&self, view: &buffer::View<'_>, most: u64) -> Result<Vec<u8>, SceneError> {
         self.read(view.buffer().index(), view.offset() as u64, (view.length() as u64).min(most))
     }
+}
+
+/// Whether an extension may be required and is read here, or changes nothing of the shape: how surfaces shine, lights, what is told
+/// about things.
+fn is_optional(name: &str) -> bool {
+    const NAMES: [&str; 6] = [
+        "CESIUM_RTC",
+        "KHR_lights_punctual",
+        "KHR_xmp_json_ld",
+        "EXT_structural_metadata",
+        "EXT_mesh_features",
+        "CESIUM_primitive_outline",
+    ];
+    NAMES.contains(&name) || (name.starts_with("KHR_materials_") && name != "KHR_materials_variants")
 }
 
 /// Checks the indices that the library takes for granted when it validates.

@@ -5,9 +5,11 @@ use crate::counts::{WarningKind, Warnings};
 use crate::error::{Place, SceneError};
 use crate::glb::Container;
 use crate::gltf_accessor::{Indices, Numbers};
+use crate::gltf_nodes::world_centre;
 use crate::gltf_visits::visits;
 use crate::material::{GREY, Material, TextureSource};
-use crate::sink::{Corner, Halt, Placement, Sink};
+use crate::placement::{Axis, Placement};
+use crate::sink::{Corner, Halt, Sink};
 use crate::texture;
 use crate::transform::Transform;
 use crate::triangle::Triangle;
@@ -93,10 +95,13 @@ pub(crate) fn stream(
     path: &Path,
     reach: &Reach,
     first: u32,
-    placement: Placement,
+    mut placement: Placement,
     sink: &mut Sink<'_>,
 ) -> Result<(), Halt> {
     let container = Container::open(path, reach)?;
+    if let Some(centre) = container.nodes.centre {
+        placement.origin += world_centre(centre, placement.up == Axis::Y);
+    }
     let nodes: Vec<_> = container.document.nodes().collect();
     for (index, transform) in visits(&container)? {
         for primitive in nodes[index].mesh().iter().flat_map(gltf::Mesh::primitives) {
@@ -144,7 +149,7 @@ fn stream_primitive(
     let mut corners = Vec::with_capacity(count);
     for at in 0..count {
         let [x, y, z] = positions.get(at).map(f64::from);
-        let position = placement.apply(transform.apply(DVec3::new(x, y, z)));
+        let position = sink.vertex(transform.apply(DVec3::new(x, y, z)), &placement);
         if !position.is_finite() {
             let value = format!("({x}, {y}, {z}) in the vertices of a mesh");
             return Err(SceneError::NotFinite { path: path.to_owned(), place, value }.into());

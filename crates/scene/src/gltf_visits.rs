@@ -35,7 +35,9 @@ pub(crate) fn visits(container: &Container) -> Result<Vec<(usize, Transform)>, S
             return Err(container.fault(&format!("node {index} hangs under two nodes or under itself")));
         }
         let node = &nodes[index];
-        let transform = above.then(&node.transform().matrix());
+        let matrix = container.nodes.matrices.get(index);
+        let matrix = matrix.ok_or_else(|| container.fault("a node that is named is not there"))?;
+        let transform = above.then(matrix);
         let children: Vec<_> = node.children().map(|child| (child.index(), transform)).collect();
         open.extend(children.into_iter().rev());
         if let Some(mesh) = node.mesh() {

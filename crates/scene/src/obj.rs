@@ -7,7 +7,8 @@ use crate::library::Libraries;
 use crate::line_blocks::LineBlocks;
 use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace, Switch};
 use crate::paged::Paged;
-use crate::sink::{Corner, Halt, Placement, Sink};
+use crate::placement::Placement;
+use crate::sink::{Corner, Halt, Sink};
 use crate::triangle::Triangle;
 use gable_files::Reach;
 use gable_geometry::DVec3;
@@ -28,7 +29,13 @@ const AHEAD: usize = 1;
 /// and the vertices of one file.
 ///
 /// A material library is read where the file names it: one that is named after the faces that need it comes too late.
-pub(crate) fn stream(files: &[PathBuf], reach: &Reach, placement: Placement, sink: &mut Sink<'_>) -> Result<(), Halt> {
+/// `placements` are those of the files.
+pub(crate) fn stream(
+    files: &[PathBuf],
+    placements: &[Placement],
+    reach: &Reach,
+    sink: &mut Sink<'_>,
+) -> Result<(), Halt> {
     let width = rayon::current_num_threads().max(1);
     std::thread::scope(|scope| {
         let (ahead, batches) = sync_channel(AHEAD);
@@ -54,11 +61,11 @@ pub(crate) fn stream(files: &[PathBuf], reach: &Reach, placement: Placement, sin
                 scope.spawn(|_| parsed = parse_batch(texts));
                 batch.drain(..).try_for_each(|(file, first, chunk)| {
                     if first {
-                        sink.counts.files += 1;
                         std::mem::take(&mut tables).leave(sink);
+                        sink.begin(&files[file]);
                         tables.file = Some(&files[file]);
                     }
-                    tables.take(&files[file], chunk, placement, &mut libraries, sink)
+                    tables.take(&files[file], chunk, &placements[file], &mut libraries, sink)
                 })
             });
             resolved?;
@@ -192,7 +199,7 @@ impl Tables<'_> {
         &mut self,
         file: &Path,
         chunk: ObjChunk,
-        placement: Placement,
+        placement: &Placement,
         libraries: &mut Libraries<'_>,
         sink: &mut Sink<'_>,
     ) -> Result<(), Halt> {
@@ -202,7 +209,7 @@ impl Tables<'_> {
             return Err(SceneError::too_many_vertices(file).into());
         }
         for &[x, y, z] in &chunk.positions {
-            self.positions.push(placement.apply(DVec3::new(x, y, z)));
+            self.positions.push(sink.vertex(DVec3::new(x, y, z), placement));
         }
         if !chunk.colours.is_empty() {
             while self.colours.len() < vertices {
@@ -273,7 +280,7 @@ impl Tables<'_> {
         Ok(())
     }
 
-    /// Resolves a face and hands on its triangles, a fan from the first corner.
+    /// Resolves a face and hands on its triangles.
     #[inline]
     fn face(
         &mut self,

@@ -3,7 +3,8 @@
 use crate::budget;
 use crate::error::{SceneError, shown};
 use crate::paged::Paged;
-use crate::sink::{Corner, Halt, Placement, Sink};
+use crate::placement::Placement;
+use crate::sink::{Corner, Halt, Sink};
 use crate::tokens::Tokens;
 use crate::triangle::Triangle;
 use gable_files::Reach;
@@ -60,7 +61,9 @@ pub(crate) fn stream(path: &Path, reach: &Reach, placement: Placement, sink: &mu
 
     let mut table: Paged<Vertex> = Paged::default();
     for _ in 0..vertices {
-        table.push(vertex(path, &mut tokens, layout, placement)?);
+        let mut read = vertex(path, &mut tokens, layout)?;
+        read.position = sink.vertex(read.position, &placement);
+        table.push(read);
         sink.counts.vertices += 1;
     }
     let mut corners = Vec::new();
@@ -114,12 +117,7 @@ fn count(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, what: &str) -> R
 }
 
 /// `x y z [w] [nx ny nz] [colour to the end of the line] [s t]`.
-fn vertex(
-    path: &Path,
-    tokens: &mut Tokens<'_, BufReader<File>>,
-    layout: Layout,
-    placement: Placement,
-) -> Result<Vertex, SceneError> {
+fn vertex(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, layout: Layout) -> Result<Vertex, SceneError> {
     let mut coordinates = [0.0, 0.0, 0.0, 1.0];
     let used = if layout.weight { 4 } else { 3 };
     for value in &mut coordinates[..used] {
@@ -151,7 +149,7 @@ fn vertex(
         [r, g, b, ..] if layout.colour => rgb([r, g, b], rest.iter().all(|c| *c <= 1.0)),
         _ => [0; 4],
     };
-    Ok(Vertex { position: placement.apply(position), colour, uv })
+    Ok(Vertex { position, colour, uv })
 }
 
 /// A colour of either scale; whole numbers are 0 to 255, fractions 0 to 1.

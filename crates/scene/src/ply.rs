@@ -6,8 +6,9 @@ use crate::error::{Place, SceneError};
 use crate::material::{GREY, Material, TextureSource};
 use crate::mtl;
 use crate::paged::Paged;
+use crate::placement::Placement;
 use crate::ply_header::{self, Element, Encoding, Header, Property, Scalar};
-use crate::sink::{Corner, Halt, Placement, Sink};
+use crate::sink::{Corner, Halt, Sink};
 use crate::texture;
 use crate::tokens::Tokens;
 use crate::triangle::Triangle;
@@ -238,7 +239,7 @@ fn read_vertices(
         let [r, g, b] = colour.map(|c| (c * scale).round().clamp(0.0, 255.0) as u8);
         let [x, y, z] = position;
         vertices.push(Vertex {
-            position: placement.apply(DVec3::new(x, y, z)),
+            position: sink.vertex(DVec3::new(x, y, z), &placement),
             colour: if coloured { [r, g, b, 255] } else { [0; 4] },
             uv: if textured { uv.map(finite) } else { Corner::NO_UV },
         });

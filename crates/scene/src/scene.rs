@@ -3,27 +3,35 @@
 use crate::budget;
 use crate::counts::{Counts, WarningKind, Warnings};
 use crate::error::SceneError;
+use crate::folder::{Listing, list};
+use crate::georeference::Finder;
 use crate::material::Material;
-use crate::metadata::Metadata;
 use crate::obj;
-use crate::sink::{Halt, Placement, Sink};
+use crate::placement::{Axis, Placement};
+use crate::sink::{Halt, Sink};
+use crate::statements::Said;
 use crate::triangle::Triangle;
 use gable_files::Reach;
-use gable_geometry::{Crs, DVec3};
+use gable_geometry::{Crs, DVec3, dvec3};
+use gable_reference_systems::{Metric, metric};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Which axis of the file points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Up {
-    /// z, but y for GLB and glTF as their specification says; a model that seems to lie on its side
-    /// is an error.
+    /// z, but y for GLB and glTF as their specification says; a model that seems to lie on its side or to stand on its head is
+    /// an error.
     #[default]
     Auto,
     /// y: (x, y, z) becomes (x, −z, y).
     Y,
     /// z, however it looks.
     Z,
+    /// z points down: (x, y, z) becomes (x, −y, −z).
+    MinusZ,
+    /// y points down: (x, y, z) becomes (x, z, −y).
+    MinusY,
 }
 
 /// How a scene is to be read.
@@ -33,13 +41,16 @@ pub struct OpenOptions {
     pub up: Up,
     /// The reference system, in place of what the files say.
     pub crs: Option<Crs>,
+    /// What is added to the coordinates of every file, z up, in the units of the reference system; in place of what files beside the
+    /// meshes say.
+    pub origin: Option<DVec3>,
     /// Which files may be read: those of the scene, and what they name. By default all that the system lets this process read.
     pub reach: Reach,
 }
 
 /// The formats by file ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Format {
+pub(crate) enum Format {
     Obj,
     Ply,
     Off,
@@ -47,7 +58,7 @@ enum Format {
 }
 
 impl Format {
-    fn of(path: &Path) -> Option<Self> {
+    pub(crate) fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
@@ -70,7 +81,10 @@ pub struct Scene {
     /// None for OBJ: its files name their libraries anywhere.
     materials: Vec<Material>,
     crs: Crs,
-    placement: Placement,
+    /// Where each file lies.
+    placements: Vec<Placement>,
+    /// Files beside the meshes that say where they lie.
+    described_by: Vec<PathBuf>,
     watch_up: bool,
     warnings: Warnings,
 }
@@ -88,32 +102,59 @@ impl Scene {
     /// Opens a mesh file, or a folder with the meshes in it and in the folders below.
     ///
     /// Reads the reference system and the headers, no mesh. In a folder, OBJ
-    /// files are preferred to other formats; they are streamed in the order of their paths. The
-    /// reference system and origin are those of a `metadata.xml` in the folder or up to two above.
+    /// files are preferred to other formats; they are streamed in the order of their paths. The reference system and origin of each are
+    /// those that the nearest of the files tells which photogrammetry programs write beside meshes (see the README).
     ///
     /// # Errors
-    /// If a file is missing or its header is not of its format, or the reference system is not understood. OBJ and OFF
-    /// files are opened only when they are streamed.
+    /// If a file is missing or its header is not of its format, or the reference system is not understood, not one of lengths, or not
+    /// the same for all. OBJ and OFF files are opened only when they are streamed.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let reach = &options.reach;
         reach.resolve(path)?;
         let is_folder = reach.is_folder(path);
         let mut warnings = Warnings::default();
-        let (format, files) = if is_folder { list(path, reach, &mut warnings)? } else { single(path)? };
-
         let folder = if is_folder { path } else { path.parent().unwrap_or(Path::new("")) };
-        let metadata = Metadata::find(folder, reach)?;
-        let crs = match (&options.crs, &metadata) {
-            (Some(crs), _) => crs.clone(),
-            (None, Some(metadata)) => metadata.crs(&mut warnings)?,
-            (None, None) => Crs::Unknown,
+        let listing = if is_folder { list(path, reach, &mut warnings)? } else { single(path)? };
+        let Listing { format, files, folders } = listing;
+        let mut finder = Finder::new(folder, reach);
+        folders.iter().try_for_each(|folder| finder.look_into(folder))?;
+        let mut origins = Vec::with_capacity(files.len());
+        let mut told: Option<Said<Crs>> = None;
+        for file in &files {
+            let found = finder.of(file, options.crs.is_none())?;
+            origins.push(options.origin.unwrap_or(found.origin));
+            match (&told, found.crs) {
+                (Some(first), Some(other)) if first.what != other.what => return Err(two_systems(first, &other)),
+                (None, Some(first)) => told = Some(first),
+                _ => {}
+            }
+        }
+        if options.origin.is_none() {
+            finder.tell_unused(&mut warnings);
+        }
+        let (crs, said_by) = match (&options.crs, told) {
+            (Some(crs), _) => (crs.clone(), path.to_owned()),
+            (None, Some(said)) => (said.what, said.file),
+            (None, None) => (Crs::Unknown, path.to_owned()),
         };
-        let y_up = match options.up {
-            Up::Auto => format == Format::Gltf,
-            Up::Y => true,
-            Up::Z => false,
+        let unfit = |what: String| SceneError::UnfitCrs { path: said_by.clone(), what };
+        let Metric { crs: in_metres, plan, height } = metric(&crs).map_err(|e| unfit(e.to_string()))?;
+        if (plan, height) != (1.0, 1.0) {
+            warnings.add(WarningKind::ScaledUnits, || {
+                format!(
+                    "{}: {crs} has units of {plan} m, heights of {height} m: the result is in {in_metres}",
+                    said_by.display()
+                )
+            });
+        }
+        let up = match (options.up, format) {
+            (Up::Auto, Format::Gltf) | (Up::Y, _) => Axis::Y,
+            (Up::Auto | Up::Z, _) => Axis::Z,
+            (Up::MinusZ, _) => Axis::MinusZ,
+            (Up::MinusY, _) => Axis::MinusY,
         };
+        let units = dvec3(plan, plan, height);
         let mut scene = Self {
             path: path.to_owned(),
             reach: reach.clone(),
@@ -121,9 +162,10 @@ impl Scene {
             files,
             first_materials: Vec::new(),
             materials: Vec::new(),
-            crs,
-            placement: Placement { y_up, origin: metadata.map_or(DVec3::ZERO, |m| m.origin) },
-            watch_up: options.up == Up::Auto && !y_up,
+            crs: in_metres,
+            placements: origins.into_iter().map(|origin| Placement { up, origin, units }).collect(),
+            described_by: finder.used().cloned().collect(),
+            watch_up: options.up == Up::Auto,
             warnings,
         };
         scene.read_materials()?;
@@ -146,6 +188,12 @@ impl Scene {
     #[must_use]
     pub fn files(&self) -> &[PathBuf] {
         &self.files
+    }
+
+    /// Files beside the meshes that say where they lie, in the order of their paths.
+    #[must_use]
+    pub fn described_by(&self) -> &[PathBuf] {
+        &self.described_by
     }
 
     /// Hands every triangle that has an area to `visit`, some thousands at a time.
@@ -187,16 +235,16 @@ impl Scene {
         let mut sink = Sink::new(&self.path, self.materials.clone(), counts, visit);
         let reach = &self.reach;
         match self.format {
-            Format::Obj => obj::stream(&self.files, reach, self.placement, &mut sink)?,
+            Format::Obj => obj::stream(&self.files, &self.placements, reach, &mut sink)?,
             format => {
-                for (file, first) in self.files.iter().zip(&self.first_materials) {
+                for ((file, first), placement) in self.files.iter().zip(&self.first_materials).zip(&self.placements) {
                     let before = sink.triangles();
-                    sink.counts.files += 1;
+                    sink.begin(file);
                     match format {
-                        Format::Ply => crate::ply::stream(file, reach, *first, self.placement, &mut sink)?,
-                        Format::Off => crate::off::stream(file, reach, self.placement, &mut sink)?,
+                        Format::Ply => crate::ply::stream(file, reach, *first, *placement, &mut sink)?,
+                        Format::Off => crate::off::stream(file, reach, *placement, &mut sink)?,
                         Format::Obj | Format::Gltf => {
-                            crate::gltf::stream(file, reach, *first, self.placement, &mut sink)?;
+                            crate::gltf::stream(file, reach, *first, *placement, &mut sink)?;
                         }
                     }
                     if sink.triangles() == before {
@@ -206,7 +254,8 @@ impl Scene {
             }
         }
         let (content, survey) = sink.finish()?;
-        survey.check(&self.path, self.watch_up)?;
+        let up = self.placements.first().map_or(Axis::Z, |placement| placement.up);
+        survey.check(&self.path, self.watch_up.then_some(up))?;
         Ok(content)
     }
 
@@ -238,9 +287,9 @@ impl Scene {
 }
 
 /// A single file and its format.
-fn single(path: &Path) -> Result<(Format, Vec<PathBuf>), SceneError> {
+fn single(path: &Path) -> Result<Listing, SceneError> {
     match Format::of(path) {
-        Some(format) => Ok((format, vec![path.to_owned()])),
+        Some(format) => Ok(Listing { format, files: vec![path.to_owned()], folders: Vec::new() }),
         None => {
             let extension = path.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
             Err(SceneError::UnsupportedType { path: path.to_owned(), extension })
@@ -248,44 +297,15 @@ fn single(path: &Path) -> Result<(Format, Vec<PathBuf>), SceneError> {
     }
 }
 
-/// Folders within a folder that are looked into.
-const DEPTH: usize = 4;
-
-/// The meshes of a folder: those in `Data` if there is such a folder, as photogrammetry programs have it.
-fn list(folder: &Path, reach: &Reach, warnings: &mut Warnings) -> Result<(Format, Vec<PathBuf>), SceneError> {
-    let data = folder.join("Data");
-    let start = if reach.is_folder(&data) { &data } else { folder };
-    let (mut files, mut left) = (Vec::new(), budget::ENTRIES);
-    walk(start, reach, DEPTH, &mut left, &mut files)?;
-    files.sort();
-    let chosen = [Format::Obj, Format::Gltf, Format::Ply, Format::Off]
-        .into_iter()
-        .find(|format| files.iter().any(|(_, f)| f == format));
-    let Some(chosen) = chosen else { return Err(SceneError::EmptyFolder { path: folder.to_owned() }) };
-    for (path, _) in files.iter().filter(|(_, format)| *format != chosen) {
-        warnings.add(WarningKind::IgnoredFile, || path.display().to_string());
+/// The error for meshes that do not lie in one plane.
+fn two_systems(first: &Said<Crs>, other: &Said<Crs>) -> SceneError {
+    SceneError::UnfitCrs {
+        path: other.file.clone(),
+        what: format!(
+            "{} is said here, but {} in {}: give the meshes of one system at a time, or say by --crs which it is",
+            other.what,
+            first.what,
+            first.file.display()
+        ),
     }
-    Ok((chosen, files.into_iter().filter(|(_, format)| *format == chosen).map(|(path, _)| path).collect()))
-}
-
-/// Gathers the meshes; `left` is how many more entries are looked at: links can make a small tree endless.
-fn walk(
-    folder: &Path,
-    reach: &Reach,
-    depth: usize,
-    left: &mut usize,
-    files: &mut Vec<(PathBuf, Format)>,
-) -> Result<(), SceneError> {
-    let entries = reach.list(folder, *left)?;
-    *left -= entries.len();
-    for path in entries {
-        if reach.is_folder(&path) {
-            if depth > 0 {
-                walk(&path, reach, depth - 1, left, files)?;
-            }
-        } else if let Some(format) = Format::of(&path) {
-            files.push((path, format));
-        }
-    }
-    Ok(())
 }

@@ -3,12 +3,16 @@
 use crate::budget;
 use crate::counts::{Counts, WarningKind};
 use crate::error::{Place, SceneError};
+use crate::lattice::Lattice;
 use crate::material::Material;
+use crate::overlap::Plans;
+use crate::placement::Placement;
+use crate::polygon::Cutter;
 use crate::scene::Content;
 use crate::survey::Survey;
 use crate::triangle::Triangle;
 use gable_files::FileError;
-use gable_geometry::{DVec3, dvec3};
+use gable_geometry::DVec3;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -36,23 +40,6 @@ impl From<FileError> for Halt {
     }
 }
 
-/// From the coordinates of a file to world coordinates, z up.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Placement {
-    /// Whether the file's y is up: (x, y, z) becomes (x, −z, y).
-    pub(crate) y_up: bool,
-    /// What is added then, metres.
-    pub(crate) origin: DVec3,
-}
-
-impl Placement {
-    /// A file's point in world coordinates.
-    #[inline]
-    pub(crate) fn apply(&self, p: DVec3) -> DVec3 {
-        if self.y_up { dvec3(p.x, -p.z, p.y) + self.origin } else { p + self.origin }
-    }
-}
-
 /// A corner of a polygon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
@@ -77,6 +64,11 @@ pub(crate) struct Sink<'a> {
     visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     chunk: Vec<Triangle>,
     survey: Survey,
+    lattice: Lattice,
+    plans: Plans,
+    cutter: Cutter,
+    /// The places of a polygon's corners.
+    border: Vec<DVec3>,
     /// What has been read so far.
     pub(crate) counts: Counts,
 }
@@ -88,28 +80,64 @@ impl<'a> Sink<'a> {
         counts: Counts,
         visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     ) -> Self {
-        Self { path, materials, visit, chunk: Vec::new(), survey: Survey::new(), counts }
+        Self {
+            path,
+            materials,
+            visit,
+            chunk: Vec::new(),
+            survey: Survey::new(),
+            lattice: Lattice::default(),
+            plans: Plans::default(),
+            cutter: Cutter::default(),
+            border: Vec::new(),
+            counts,
+        }
     }
 
-    /// Takes a polygon as a fan of triangles from its first corner; counts one of fewer than three.
+    /// What comes now is in this file.
+    pub(crate) fn begin(&mut self, path: &Path) {
+        self.counts.files += 1;
+        self.plans.begin(path);
+    }
+
+    /// Takes a vertex of a file; gives its place in the world.
+    #[inline]
+    pub(crate) fn vertex(&mut self, vertex: DVec3, placement: &Placement) -> DVec3 {
+        self.lattice.add(vertex);
+        placement.apply(vertex)
+    }
+
+    /// Takes a polygon, cut to triangles; counts one of fewer than three corners.
     #[inline]
     pub(crate) fn polygon(&mut self, corners: &[Corner], material: u32, path: &Path, place: Place) -> Result<(), Halt> {
-        let (Some(first), true) = (corners.first(), corners.len() > 2) else {
+        if corners.len() < 3 {
             self.warn(WarningKind::DegenerateFace, path, place);
             return Ok(());
-        };
+        }
         let textured = corners.iter().all(|c| !c.uv[0].is_nan() && !c.uv[1].is_nan());
         let coloured = corners.iter().all(|c| c.colour[3] != 0);
-        for pair in corners[1..].windows(2) {
-            let three = [first, &pair[0], &pair[1]];
-            let triangle = Triangle {
-                corners: three.map(|c| c.position),
-                uv: textured.then(|| three.map(|c| c.uv)),
-                colours: coloured.then(|| three.map(|c| [c.colour[0], c.colour[1], c.colour[2]])),
-                material,
-            };
-            self.triangle(triangle, path, place)?;
+        let triangle = |three: [&Corner; 3]| Triangle {
+            corners: three.map(|c| c.position),
+            uv: textured.then(|| three.map(|c| c.uv)),
+            colours: coloured.then(|| three.map(|c| [c.colour[0], c.colour[1], c.colour[2]])),
+            material,
+        };
+        if let [a, b, c] = corners {
+            return self.triangle(triangle([a, b, c]), path, place);
         }
+        self.border.clear();
+        self.border.extend(corners.iter().map(|c| c.position));
+        let mut cutter = std::mem::take(&mut self.cutter);
+        let Some(indices) = cutter.cut(&self.border) else {
+            let most = budget::CONCAVE_CORNERS;
+            let what = format!("{place}: a face that is not convex has more than {most} corners: split it");
+            return Err(SceneError::too_much(path, what).into());
+        };
+        for three in indices.chunks_exact(3) {
+            let three = [three[0], three[1], three[2]].map(|i| &corners[i as usize]);
+            self.triangle(triangle(three), path, place)?;
+        }
+        self.cutter = cutter;
         Ok(())
     }
 
@@ -120,6 +148,7 @@ impl<'a> Sink<'a> {
             self.warn(WarningKind::DegenerateFace, path, place);
             return Ok(());
         }
+        self.plans.add(&triangle.corners);
         let textured = triangle.uv.is_none()
             && self.materials.get(triangle.material as usize).is_some_and(|m| m.texture.is_some());
         if textured {
@@ -155,6 +184,13 @@ impl<'a> Sink<'a> {
     /// Hands on the rest; what was read, and the sums to judge it by.
     pub(crate) fn finish(mut self) -> Result<(Content, Survey), Halt> {
         self.hand_on()?;
+        for said in self.lattice.coarse() {
+            self.counts.warnings.add(WarningKind::CoarseCoordinates, || said);
+        }
+        for [first, second] in self.plans.overlapping() {
+            let what = || format!("{} and {}", first.display(), second.display());
+            self.counts.warnings.add(WarningKind::OverlappingFiles, what);
+        }
         self.survey.report(&mut self.counts);
         Ok((Content { counts: self.counts, materials: self.materials }, self.survey))
     }

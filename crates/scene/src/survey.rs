@@ -2,6 +2,7 @@
 
 use crate::counts::Counts;
 use crate::error::SceneError;
+use crate::placement::Axis;
 use gable_geometry::DVec3;
 use std::path::Path;
 
@@ -19,6 +20,40 @@ pub(crate) struct Survey {
     projected: DVec3,
     area: f64,
     triangles: u64,
+    heights: Heights,
+}
+
+/// Moments of the heights over the plan, from the first height on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heights {
+    base: f64,
+    weight: f64,
+    first: f64,
+    second: f64,
+    third: f64,
+}
+
+impl Heights {
+    #[inline]
+    fn add(&mut self, height: f64, weight: f64) {
+        if self.weight == 0.0 {
+            self.base = height;
+        }
+        let z = height - self.base;
+        self.weight += weight;
+        self.first += weight * z;
+        self.second += weight * z * z;
+        self.third += weight * z * z * z;
+    }
+
+    /// Positive where little stands high above much: houses on ground.
+    fn skewness(&self) -> f64 {
+        let mean = self.first / self.weight;
+        let second = self.second / self.weight;
+        let variance = second - mean * mean;
+        let third = self.third / self.weight - 3.0 * mean * second + 2.0 * mean.powi(3);
+        if variance > 0.0 { third / variance.powf(1.5) } else { 0.0 }
+    }
 }
 
 impl Survey {
@@ -30,6 +65,7 @@ impl Survey {
             projected: DVec3::ZERO,
             area: 0.0,
             triangles: 0,
+            heights: Heights::default(),
         }
     }
 
@@ -48,6 +84,7 @@ impl Survey {
         self.projected += vector.abs();
         self.area += area;
         self.triangles += 1;
+        self.heights.add((a.z + b.z + c.z) / 3.0, vector.z.abs());
         true
     }
 
@@ -65,8 +102,8 @@ impl Survey {
         counts.area = self.area;
     }
 
-    /// Says what is wrong with the whole; `watch_up` where the up axis was assumed, not given.
-    pub(crate) fn check(&self, path: &Path, watch_up: bool) -> Result<(), SceneError> {
+    /// Says what is wrong with the whole; `assumed` is the file's axis that was taken to point up, where it was not given.
+    pub(crate) fn check(&self, path: &Path, assumed: Option<Axis>) -> Result<(), SceneError> {
         if self.triangles == 0 {
             return Err(SceneError::NoTriangles { path: path.to_owned() });
         }
@@ -75,16 +112,22 @@ impl Survey {
             let path = path.to_owned();
             return Err(SceneError::NonsenseScale { path, extent_x: extent.x, extent_y: extent.y, what });
         }
-        if watch_up && self.lies_on_its_side() {
+        let Some(assumed) = assumed else { return Ok(()) };
+        if self.lies_on_its_side() {
             let extent = self.max - self.min;
-            return Err(SceneError::YUp {
+            let side = if self.vector.y < 0.0 { Axis::MinusY } else { Axis::Y };
+            return Err(SceneError::OnItsSide {
                 path: path.to_owned(),
+                assumed: assumed.name(),
+                seems: assumed.under(side).name(),
                 area_y: self.projected.y,
                 area_z: self.projected.z,
-                extent_x: extent.x,
-                extent_y: extent.y,
-                extent_z: extent.z,
+                extent: extent.to_array(),
             });
+        }
+        if self.stands_on_its_head() {
+            let seems = assumed.under(Axis::MinusZ).name();
+            return Err(SceneError::OnItsHead { path: path.to_owned(), assumed: assumed.name(), seems });
         }
         Ok(())
     }
@@ -144,6 +187,15 @@ impl Survey {
     }
 }
 
+impl Survey {
+    /// Whether the faces look down and most of the plan lies high, with less of it deep below: houses that hang from the ground.
+    ///
+    /// A mesh whose faces merely run the wrong way around has its ground below.
+    fn stands_on_its_head(&self) -> bool {
+        self.vector.z < -0.5 * self.projected.z && self.heights.skewness() < -0.5
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -189,6 +241,32 @@ mod tests {
             assert!(!city.lies_on_its_side(), "upright, towers of {height} m");
             assert!(on_its_side(&city).lies_on_its_side(), "on its side, towers of {height} m");
         }
+    }
+
+    #[test]
+    fn a_city_on_its_head_is_seen_and_one_inside_out_is_not() {
+        let city = |flip: DVec3, swap: bool| {
+            let mut survey = Survey::new();
+            let upright = |i: i32, j: i32| if i % 5 == 0 && j % 4 == 0 { 8.0 } else { 0.05 * f64::from(i) };
+            let mut quad = |mut p: [DVec3; 4]| {
+                if swap {
+                    p.reverse();
+                }
+                survey.add(&[p[0] * flip, p[1] * flip, p[2] * flip]);
+                survey.add(&[p[0] * flip, p[2] * flip, p[3] * flip]);
+            };
+            for j in 0..40 {
+                for i in 0..40 {
+                    let (x, y, z) = (f64::from(i), f64::from(j), upright(i, j));
+                    quad([dvec3(x, y, z), dvec3(x + 1.0, y, z), dvec3(x + 1.0, y + 1.0, z), dvec3(x, y + 1.0, z)]);
+                }
+            }
+            survey.stands_on_its_head()
+        };
+        assert!(!city(DVec3::ONE, false));
+        assert!(!city(DVec3::ONE, true), "faces the wrong way around");
+        assert!(!city(dvec3(-1.0, 1.0, 1.0), false), "mirrored");
+        assert!(city(dvec3(1.0, -1.0, -1.0), false), "on its head");
     }
 
     #[test]

@@ -13,9 +13,9 @@ impl Transform {
     pub(crate) const IDENTITY: Self = Self { columns: [DVec3::X, DVec3::Y, DVec3::Z], shift: DVec3::ZERO };
 
     /// The transform that first applies a node's own 4 × 4 matrix, by columns, then this one.
-    pub(crate) fn then(&self, matrix: &[[f32; 4]; 4]) -> Self {
+    pub(crate) fn then(&self, matrix: &[[f64; 4]; 4]) -> Self {
         let column = |at: usize| {
-            let [x, y, z, _] = matrix[at].map(f64::from);
+            let [x, y, z, _] = matrix[at];
             DVec3::new(x, y, z)
         };
         Self { columns: [0, 1, 2].map(|at| self.turn(column(at))), shift: self.apply(column(3)) }

@@ -198,12 +198,15 @@ pub(crate) struct ParamArgs {
     /// Whose rules every stage follows: gable or zhu2018
     #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<String>,
-    /// Which axis of the input points up: auto, z, y
-    #[arg(long, value_name = "AXIS")]
+    /// Which axis of the input points up: auto, z, y, -z, -y
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) up: Option<String>,
-    /// Reference system: EPSG:code or ENU:latitude,longitude
+    /// Reference system: EPSG:code, EPSG:code+code of heights, or ENU:latitude,longitude
     #[arg(long, value_name = "CRS")]
     pub(crate) crs: Option<String>,
+    /// What is added to the coordinates, in the units of the reference system [default: what files beside the mesh say]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) origin: Option<String>,
     /// Output formats, joined by commas: cityjson, cityjsonseq, citygml, 3dtiles, mesh-3dtiles
     #[arg(long, value_name = "LIST")]
     pub(crate) formats: Option<String>,

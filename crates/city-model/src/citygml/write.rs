@@ -6,6 +6,7 @@ use crate::cityjson::{Header, clean, part_id, semantic_name};
 use crate::quantise::{STEPS_PER_METRE, lattice};
 use crate::{Attributes, Building, CityModel, Error, Face, Semantic, Shell, Terrain, Value, quantised};
 use gable_geometry::{Crs, DVec3};
+use gable_reference_systems::northing_first;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
@@ -26,11 +27,29 @@ const NAMESPACES: [(&str, &str); 8] = [
     ),
 ];
 
+/// The name of a reference system for coordinates with the easting first; empty if it has none.
+///
+/// A URN stands for the order of the axes in EPSG's definition, and programs that keep to that (GDAL, FME) would swap the coordinates
+/// of a system that names its northing first. The short form stands for easting, northing with all of them. 3DCityDB reads either
+/// form, and never swaps.
+fn srs_name(crs: &Crs) -> String {
+    let short = northing_first(crs);
+    match crs {
+        Crs::Epsg(_) | Crs::Compound { .. } if short => crs.to_string(),
+        Crs::Epsg(code) => format!("urn:ogc:def:crs:EPSG::{code}"),
+        Crs::Compound { horizontal, vertical } => {
+            format!("urn:ogc:def:crs,crs:EPSG::{horizontal},crs:EPSG::{vertical}")
+        }
+        Crs::Enu { .. } | Crs::Unknown => String::new(),
+    }
+}
+
 /// Writes CityGML 2.0 building by building; memory is bounded by the largest building and the identifiers.
 ///
 /// Coordinates are written easting, northing, height, as practically all CityGML files and programs have it (also
 /// where the EPSG definition names the northing first), with four decimals: the same quantised geometries as in
-/// CityJSON. An EPSG code stands in the envelope's `srsName`; a local tangent plane in the model's `gml:description`.
+/// CityJSON. An EPSG code or pair of codes stands in the envelope's `srsName`, as a URN, or in the short form `EPSG:2180` where a URN
+/// would stand for northing, easting; a local tangent plane in the model's `gml:description`.
 ///
 /// A building has `lod0FootPrint`, `lod0RoofEdge`, `lod1Solid` with its polygons, and `lod2Solid` that refers to the
 /// polygons of the `boundedBy` surfaces. Several solids of a LOD make `BuildingPart`s. `measuredHeight`, `roofType`
@@ -59,10 +78,7 @@ impl<W: Write> GmlWriter<W> {
         xml.leaf("gml:name", &[], &header.title)?;
         if let Some((low, high)) = header.extent {
             let mut attributes = vec![("srsDimension", "3")];
-            let name = match header.crs {
-                Crs::Epsg(code) => format!("urn:ogc:def:crs:EPSG::{code}"),
-                _ => String::new(),
-            };
+            let name = srs_name(&header.crs);
             if !name.is_empty() {
                 attributes.insert(0, ("srsName", name.as_str()));
             }

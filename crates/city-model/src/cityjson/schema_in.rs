@@ -36,20 +36,25 @@ impl InMetadata {
         title.unwrap_or_default().to_owned()
     }
 
-    /// The reference system: an OGC URL, a URN, an `epsg` number (versions before 1.0), or gable's own local plane.
+    /// The reference system: an OGC URL, a URN, an `epsg` number (versions before 1.0), or gable's own local plane or pair.
     /// The text if it is not understood.
     pub(super) fn crs(&self) -> Result<Crs, String> {
         if let Some(plane) = self.0.get("localTangentPlane") {
             let angle = |name: &str| plane.get(name).and_then(Value::as_f64);
             if let (Some(latitude), Some(longitude)) = (angle("latitude"), angle("longitude")) {
-                return Ok(Crs::Enu { latitude, longitude });
+                return Ok(Crs::Enu { latitude, longitude, height: angle("height").unwrap_or(0.0) });
             }
         }
         if let Some(code) = self.0.get("crs").and_then(|crs| crs.get("epsg")).and_then(Value::as_u64) {
             return format!("EPSG:{code}").parse().map_err(|_| code.to_string());
         }
         let Some(text) = self.0.get("referenceSystem").and_then(Value::as_str) else { return Ok(Crs::Unknown) };
-        crate::semantics::crs_of(text).ok_or_else(|| text.to_owned())
+        let crs = crate::semantics::crs_of(text).ok_or_else(|| text.to_owned())?;
+        let heights = self.0.get("verticalReferenceSystem").and_then(Value::as_str);
+        match (&crs, heights.and_then(crate::semantics::crs_of)) {
+            (&Crs::Epsg(horizontal), Some(Crs::Epsg(vertical))) => Ok(Crs::Compound { horizontal, vertical }),
+            _ => Ok(crs),
+        }
     }
 }
 

@@ -54,20 +54,31 @@ impl Header {
 
     /// Opens the file's JSON object with `type`, `version`, `transform` and `metadata`; members may follow.
     ///
-    /// The reference system is an OGC URL for EPSG codes. A local tangent plane has none: its latitude and longitude
-    /// stand in the metadata as `localTangentPlane`, a free property that the schema lets pass.
+    /// The reference system is an OGC URL for EPSG codes. A pair of plane and heights without a code of its own has none that the
+    /// schema lets pass: `referenceSystem` is the plane's, and the heights' stands beside it as `verticalReferenceSystem`. A local
+    /// tangent plane has none either: its latitude, longitude and height stand in the metadata as `localTangentPlane`. Both are
+    /// free properties.
     pub(super) fn open(&self, out: &mut impl Write) -> Result<(), Error> {
-        let (reference_system, plane) = match self.crs {
-            Crs::Epsg(code) => (Some(format!("https://www.opengis.net/def/crs/EPSG/0/{code}")), None),
-            Crs::Enu { latitude, longitude } => (None, Some(LocalTangentPlane { latitude, longitude })),
-            Crs::Unknown => (None, None),
+        let url = |code: u32| Some(format!("https://www.opengis.net/def/crs/EPSG/0/{code}"));
+        let (reference_system, vertical_reference_system, plane) = match self.crs {
+            Crs::Epsg(code) => (url(code), None, None),
+            Crs::Compound { horizontal, vertical } => (url(horizontal), url(vertical), None),
+            Crs::Enu { latitude, longitude, height } => {
+                (None, None, Some(LocalTangentPlane { latitude, longitude, height }))
+            }
+            Crs::Unknown => (None, None, None),
         };
         let extent = self.extent.map(|(low, high)| {
             let [[a, b, c], [d, e, f]] = [low, high].map(|p| world(self.origin, lattice(p)));
             [a, b, c, d, e, f]
         });
-        let metadata =
-            Metadata { title: &self.title, reference_system, local_tangent_plane: plane, geographical_extent: extent };
+        let metadata = Metadata {
+            title: &self.title,
+            reference_system,
+            vertical_reference_system,
+            local_tangent_plane: plane,
+            geographical_extent: extent,
+        };
         let transform = Transform { scale: [1.0 / STEPS_PER_METRE; 3], translate: world(self.origin, self.corner()) };
         out.write_all(b"{\"type\":\"CityJSON\",\"version\":\"2.0\",\"transform\":")?;
         to_json(&mut *out, &transform)?;
@@ -86,6 +97,13 @@ struct Transform {
 struct LocalTangentPlane {
     latitude: f64,
     longitude: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    height: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 #[derive(Serialize)]
@@ -94,6 +112,8 @@ struct Metadata<'a> {
     title: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     reference_system: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertical_reference_system: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_tangent_plane: Option<LocalTangentPlane>,
     #[serde(skip_serializing_if = "Option::is_none")]

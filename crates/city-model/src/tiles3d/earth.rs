@@ -1,7 +1,7 @@
 //! From the local frame to Earth-centred coordinates (EPSG:4978).
 
 use gable_geometry::{Crs, DVec3, dvec3};
-use proj4rs::Proj;
+use gable_reference_systems::Projection;
 
 /// Semi-axis of WGS 84, metres.
 const A: f64 = 6_378_137.0;
@@ -11,31 +11,25 @@ const F: f64 = 1.0 / 298.257_223_563;
 /// The matrix (4 × 4, column by column) from local metres to Earth-centred ones, exact at `centre` (local metres): the tangent plane
 /// there, turned to the grid's north and scaled by its scale. `None` if the reference system is not known or not metric.
 ///
-/// A plane does not follow the Earth's curve: 2 km from the centre it lies 0.3 m too high. Heights are taken for ellipsoidal ones;
-/// where they are above a geoid, the city is off by its undulation (some 45 m in central Europe), as a whole.
+/// A plane does not follow the Earth's curve: 2 km from the centre it lies 0.3 m too high. `zero` is the height of the system's zero
+/// above the ellipsoid, metres: 0 for ellipsoidal heights, the undulation of the geoid (some 45 m in central Europe) for heights above
+/// the sea.
 #[must_use]
-pub fn earth_transform(crs: &Crs, origin: [f64; 3], centre: DVec3) -> Option<[f64; 16]> {
+pub fn earth_transform(crs: &Crs, origin: [f64; 3], centre: DVec3, zero: f64) -> Option<[f64; 16]> {
     let origin = DVec3::from_array(origin);
     let (anchor, at, [east, north, up]) = match crs {
         Crs::Unknown => return None,
         // The world coordinates are metres east, north and up of the point of contact.
-        Crs::Enu { latitude, longitude } => {
+        Crs::Enu { latitude, longitude, height } => {
             let (latitude, longitude) = (latitude.to_radians(), longitude.to_radians());
-            (DVec3::ZERO, earth_centred(longitude, latitude, 0.0), axes(longitude, latitude))
+            (DVec3::ZERO, earth_centred(longitude, latitude, *height), axes(longitude, latitude))
         }
-        Crs::Epsg(code) => {
-            let definition = crs_definitions::from_code(u16::try_from(*code).ok()?)?.proj4;
-            // A unit of feet would need another scale for the heights; degrees are no plane at all.
-            if !definition.contains("+units=m") {
-                return None;
-            }
-            let from = Proj::from_proj_string(definition).ok()?;
-            let to = Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs").ok()?;
+        Crs::Epsg(_) | Crs::Compound { .. } => {
+            let projection = Projection::of(crs)?;
             let place = |dx: f64, dy: f64| {
                 let world = origin + centre;
-                let mut point = (world.x + dx, world.y + dy, 0.0);
-                proj4rs::transform::transform(&from, &to, &mut point).ok()?;
-                (point.0.is_finite() && point.1.is_finite()).then_some((point.0, point.1))
+                let (longitude, latitude) = projection.degrees(world.x + dx, world.y + dy)?;
+                Some((longitude.to_radians(), latitude.to_radians()))
             };
             let (longitude, latitude) = place(0.0, 0.0)?;
             let flat = |p: (f64, f64)| earth_centred(p.0, p.1, 0.0);
@@ -49,7 +43,7 @@ pub fn earth_transform(crs: &Crs, origin: [f64; 3], centre: DVec3) -> Option<[f6
             (anchor, earth_centred(longitude, latitude, 0.0), [east, north, up])
         }
     };
-    let shift = origin - anchor;
+    let shift = origin - anchor + dvec3(0.0, 0.0, zero);
     let zero = at + east * shift.x + north * shift.y + up * shift.z;
     let column = |v: DVec3, w: f64| [v.x, v.y, v.z, w];
     let columns = [column(east, 0.0), column(north, 0.0), column(up, 0.0), column(zero, 1.0)];

@@ -318,24 +318,33 @@ fn moved(transform: [f64; 16], p: DVec3) -> DVec3 {
 
 #[test]
 fn cities_stand_where_they_are_on_earth() {
-    assert_eq!(earth_transform(&Crs::Unknown, [0.0; 3], DVec3::ZERO), None);
-    assert_eq!(earth_transform(&Crs::Epsg(4326), [0.0; 3], DVec3::ZERO), None, "degrees are no metres");
+    assert_eq!(earth_transform(&Crs::Unknown, [0.0; 3], DVec3::ZERO, 0.0), None);
+    assert_eq!(earth_transform(&Crs::Epsg(4326), [0.0; 3], DVec3::ZERO, 0.0), None, "degrees are no metres");
     // On the equator at 90° east, east is -x and north is z.
-    let enu = Crs::Enu { latitude: 0.0, longitude: 90.0 };
-    let transform = earth_transform(&enu, [100.0, 200.0, 0.0], dvec3(7.0, 7.0, 7.0)).unwrap();
+    let enu = Crs::Enu { latitude: 0.0, longitude: 90.0, height: 0.0 };
+    let transform = earth_transform(&enu, [100.0, 200.0, 0.0], dvec3(7.0, 7.0, 7.0), 0.0).unwrap();
     let p = moved(transform, dvec3(1.0, 2.0, 3.0));
     assert!(p.distance(dvec3(-101.0, 6_378_140.0, 202.0)) < 1e-6, "{p}");
     // UTM 32 on its central meridian and the equator: scale 0.9996, grid north is north.
-    let utm = earth_transform(&Crs::Epsg(25832), [499_000.0, 0.0, 0.0], dvec3(1000.0, 0.0, 0.0)).unwrap();
+    let utm = earth_transform(&Crs::Epsg(25832), [499_000.0, 0.0, 0.0], dvec3(1000.0, 0.0, 0.0), 0.0).unwrap();
     let (sin, cos) = 9.0_f64.to_radians().sin_cos();
     let at = dvec3(6_378_137.0 * cos, 6_378_137.0 * sin, 0.0);
     assert!(moved(utm, dvec3(1000.0, 0.0, 0.0)).distance(at) < 1e-3);
     let north = moved(utm, dvec3(1000.0, 100.0, 0.0));
     assert!((north.z - 100.0 / 0.9996).abs() < 1e-3, "{north}");
     // The church tower of Amersfoort, the origin of the Dutch grid: 52.155174° north, 5.387206° east.
-    let dutch = earth_transform(&Crs::Epsg(7415), [155_000.0, 463_000.0, 0.0], DVec3::ZERO).unwrap();
-    let enu = Crs::Enu { latitude: 52.155_174_4, longitude: 5.387_206_2 };
-    let known = earth_transform(&enu, [0.0; 3], DVec3::ZERO).unwrap();
+    let dutch = earth_transform(&Crs::Epsg(7415), [155_000.0, 463_000.0, 0.0], DVec3::ZERO, 0.0).unwrap();
+    let enu = Crs::Enu { latitude: 52.155_174_4, longitude: 5.387_206_2, height: 0.0 };
+    let known = earth_transform(&enu, [0.0; 3], DVec3::ZERO, 0.0).unwrap();
     let distance = moved(dutch, DVec3::ZERO).distance(moved(known, DVec3::ZERO));
     assert!(distance < 1.0, "{distance} m");
+    // Heights above the sea are lifted by the geoid, those of a plane by the height of its origin.
+    let lifted = earth_transform(&Crs::Epsg(7415), [155_000.0, 463_000.0, 0.0], DVec3::ZERO, 43.0).unwrap();
+    assert!((moved(lifted, DVec3::ZERO).length() - moved(dutch, DVec3::ZERO).length() - 43.0).abs() < 0.01);
+    let high = Crs::Enu { latitude: 0.0, longitude: 90.0, height: 520.0 };
+    let high = earth_transform(&high, [0.0; 3], DVec3::ZERO, 0.0).unwrap();
+    assert!(moved(high, DVec3::ZERO).distance(dvec3(0.0, 6_378_657.0, 0.0)) < 1e-6);
+    // A pair stands where its plane does.
+    let pair = Crs::Compound { horizontal: 28992, vertical: 5709 };
+    assert_eq!(earth_transform(&pair, [155_000.0, 463_000.0, 0.0], DVec3::ZERO, 0.0), Some(dutch));
 }

@@ -159,6 +159,10 @@ choices! {
         Z = "z",
         /// y points up: the input is turned.
         Y = "y",
+        /// z points down: the input is turned.
+        MinusZ = "-z",
+        /// y points down: the input is turned.
+        MinusY = "-y",
     }
 }
 

@@ -211,8 +211,47 @@ impl Params {
             text => text.parse().map(Some).map_err(|_| ParamError::Value {
                 name: "input.crs".to_owned(),
                 value: text.to_owned(),
-                expected: "EPSG:7415, ENU:latitude,longitude, or auto".to_owned(),
+                expected: "EPSG:7415, EPSG:25832+7837, ENU:latitude,longitude, or auto".to_owned(),
             }),
+        }
+    }
+
+    /// What the user wants to be added to the coordinates; `None` to take what files beside the mesh say.
+    ///
+    /// # Errors
+    /// If it is not three numbers, or two for a height of 0.
+    pub fn origin(&self) -> Result<Option<[f64; 3]>, ParamError> {
+        if self.input.origin == "auto" {
+            return Ok(None);
+        }
+        let parts = self.input.origin.split([',', ';', ' ']).map(str::trim).filter(|part| !part.is_empty());
+        let numbers: Option<Vec<f64>> = parts.map(|n| n.parse().ok().filter(|v: &f64| v.is_finite())).collect();
+        match numbers.as_deref() {
+            Some(&[x, y]) => Ok(Some([x, y, 0.0])),
+            Some(&[x, y, z]) => Ok(Some([x, y, z])),
+            _ => Err(ParamError::Value {
+                name: "input.origin".to_owned(),
+                value: self.input.origin.clone(),
+                expected: "x,y,z such as 691000,5334000,0, or auto".to_owned(),
+            }),
+        }
+    }
+
+    /// The height of the zero of heights above the ellipsoid that the user gives, metres; `None` to take it from the reference system.
+    ///
+    /// # Errors
+    /// If it is no height.
+    pub fn geoid(&self) -> Result<Option<f64>, ParamError> {
+        match self.output.geoid.as_str() {
+            "auto" => Ok(None),
+            text => match text.parse::<f64>() {
+                Ok(height) if height.abs() <= 10_000.0 => Ok(Some(height)),
+                _ => Err(ParamError::Value {
+                    name: "output.geoid".to_owned(),
+                    value: text.to_owned(),
+                    expected: "metres such as 43.2, or auto".to_owned(),
+                }),
+            },
         }
     }
 
@@ -234,7 +273,11 @@ impl Params {
     /// The first value that does not hold.
     pub fn check(&self) -> Result<(), ParamError> {
         PARAMETERS.iter().try_for_each(|p| p.check(self))?;
-        self.crs()?;
+        if let Some(crs) = self.crs()? {
+            gable_reference_systems::metric(&crs).map_err(|e| ParamError::Together(format!("input.crs = {e}")))?;
+        }
+        self.origin()?;
+        self.geoid()?;
         let block = self.grid.block_size;
         if block > 0.0 && block < 10.0 * self.sampling.step {
             return Err(ParamError::Together(format!(

@@ -90,10 +90,12 @@ macro_rules! parameters {
 parameters! {
     /// How the mesh is read.
     input: InputParams {
-        /// Which axis of the input points up; auto takes z and refuses a mesh that is clearly y-up.
+        /// Which axis of the input points up, -z and -y down; auto takes z, for glTF y, and refuses a mesh that clearly lies on its side.
         up: Up = Up::Auto, "", ANY;
-        /// Reference system, EPSG:code or ENU:latitude,longitude; auto takes what the input says.
+        /// Reference system, EPSG:code, EPSG:code+code of heights, or ENU:latitude,longitude; auto takes what the input says.
         crs: String = "auto".to_owned(), "", ANY;
+        /// What is added to the coordinates, x,y,z in the units of the reference system; auto takes what files beside the mesh say.
+        origin: String = "auto".to_owned(), "", ANY;
     }
     /// How the city is cut into blocks, which become the tiles of the output.
     grid: GridParams {
@@ -205,6 +207,8 @@ parameters! {
     output: OutputParams {
         /// Formats, joined by commas.
         formats: Vec<Format> = vec![Format::CityJson, Format::CityJsonSeq, Format::CityGml], "", ANY;
+        /// Height of the zero of heights above the ellipsoid, for 3D Tiles; auto takes the geoid of EGM96 where the system names heights above the sea, else 0.
+        geoid: String = "auto".to_owned(), "m", ANY;
         /// Whether the terrain is written.
         terrain: bool = true, "", ANY;
         /// How far the written terrain may lie from the ground surface.

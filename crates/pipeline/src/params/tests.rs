@@ -71,7 +71,7 @@ fn messages_say_what_to_do() {
     );
     assert_eq!(message(None, &[("step", "9")]), "sampling.step = 9 is out of range: give 0.02 to 5 m");
     assert_eq!(message(None, &[("step", "NaN")]), "sampling.step = \"NaN\" cannot be read: give a number such as 0.25");
-    assert_eq!(message(None, &[("up", "x")]), "input.up = \"x\" cannot be read: give one of auto, z, y");
+    assert_eq!(message(None, &[("up", "x")]), "input.up = \"x\" cannot be read: give one of auto, z, y, -z, -y");
     assert_eq!(
         message(None, &[("terrain", "true")]),
         "the name \"terrain\" is short for segmentation.terrain and output.terrain: write one of them in full"

@@ -4,6 +4,7 @@ use super::Context;
 use super::ground_overview::{self, GroundPart};
 use super::split::Blocks;
 use crate::artefact;
+use crate::geography;
 use crate::mosaic::Mosaic;
 use crate::params::Format;
 use crate::{PipelineError, Stage};
@@ -12,6 +13,7 @@ use gable_city_model::tiles3d::{
     buildings_content, earth_transform, terrain_content, write_tileset,
 };
 use gable_city_model::{Building, Terrain as Tin};
+use gable_geometry::DVec3;
 use gable_ortho::{GridWindow, Orthograph};
 use gable_segmentation::Terrain;
 use image::codecs::jpeg::JpegEncoder;
@@ -167,11 +169,14 @@ pub(crate) fn tilesets(
     artefact::create_dir(&out.join(FOLDER))?;
     let frame = blocks.frame();
     let (low, high) = blocks.extent();
+    let centre = (low + high) / 2.0;
+    let world = DVec3::from_array(frame.origin) + centre;
+    let zero = geography::zero(&frame.crs, world, params.geoid()?).metres;
     let header = TilesetHeader {
         title: title.to_owned(),
         crs: frame.crs.to_string(),
         origin: frame.origin,
-        transform: earth_transform(&frame.crs, frame.origin, (low + high) / 2.0),
+        transform: earth_transform(&frame.crs, frame.origin, centre, zero),
     };
     let of = |pick: &dyn Fn(&Layers) -> Option<&Layer>| tiles.iter().filter_map(pick).cloned().collect::<Vec<_>>();
     let (mut sets, mut files) = (Vec::new(), Vec::new());

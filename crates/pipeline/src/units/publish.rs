@@ -143,6 +143,7 @@ fn warnings_of(
     let mut found = warnings::of_split(&blocks.report);
     found.extend(warnings::of_textures(&failed));
     found.extend(warnings::of_scene(&blocks.frame().crs, sampled.coloured));
+    found.extend(warnings::of_place(blocks, unit.job.params));
     found.extend(warnings::of_holes(&holes, blocks.frame().origin));
     Ok(found)
 }

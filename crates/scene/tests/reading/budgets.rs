@@ -128,12 +128,17 @@ fn faces_of_a_million_corners() {
     let folder = Folder::new();
     let face = |corners: usize| {
         let mut text = town().obj();
-        let _ = writeln!(text, "f{}", " 1 2 3".repeat(corners / 3));
+        let _ = writeln!(text, "f{}", " 1 2 2".repeat(corners / 3));
         folder.write("a.obj", text)
     };
     assert!(read(&face(999_999), &options()).is_ok());
     let said = folder.said(&face(1_000_002), &options());
     assert!(said.ends_with("a face of more than 1000000 corners"), "{said}");
+    // Three corners again and again wind around many times, and take the time of what is not convex.
+    let mut text = town().obj();
+    let _ = writeln!(text, "f{}", " 1 2 3".repeat(30_000));
+    let said = folder.said(&folder.write("b.obj", text), &options());
+    assert!(said.contains("a face that is not convex has more than 50000 corners: split it"), "{said}");
 }
 
 #[test]

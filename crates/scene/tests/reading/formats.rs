@@ -127,7 +127,7 @@ fn y_up_is_accepted_when_it_is_said() {
         text += &format!("f {} {} {} {}\n", q[0] as i64 - 12, q[1] as i64 - 12, q[2] as i64 - 12, q[3] as i64 - 12);
     }
     let path = folder.write("side.obj", text);
-    assert!(matches!(read(&path, &options()), Err(SceneError::YUp { .. })));
+    assert!(matches!(read(&path, &options()), Err(SceneError::OnItsSide { .. })));
     let Read { triangles, .. } = read(&path, &OpenOptions { up: Up::Y, ..options() }).expect("reads");
     assert_eq!(triangles.iter().map(|t| t.corners).collect::<Vec<_>>(), town.corners());
     assert!(read(&path, &OpenOptions { up: Up::Z, ..options() }).is_ok());

@@ -5,5 +5,6 @@ mod files;
 mod formats;
 mod messages;
 mod oracle;
+mod places;
 mod robustness;
 mod town;

@@ -216,8 +216,18 @@ fn sheet(n: usize, place: impl Fn(f64, f64, f64) -> [f64; 3]) -> String {
 fn models_that_are_no_city_in_metres() {
     assert_eq!(
         said("side.obj", sheet(20, |x, y, z| [x, z, -y])),
-        "side.obj: the model seems to be y up: 10000 m² of it face along y and 397 m² along z, and it measures \
-         100 × 6 × 100 m: pass --up y to turn it, or --up z if it is z up"
+        "side.obj: the model seems to be y up, not z up: 10000 m² of it face along the side and 397 m² along z, and it measures \
+         100 × 6 × 100 m: pass --up=y to turn it, or --up z if it is z up"
+    );
+    let down = said("down.obj", sheet(20, |x, y, z| [x, -z, y]));
+    assert!(down.contains("seems to be -y up, not z up") && down.contains("pass --up=-y to turn it"), "{down}");
+    let head = |x: f64, y: f64, z: f64| {
+        [x, -y, -0.2 * z - if x > 20.0 && x < 30.0 && y > 20.0 && y < 30.0 { 9.0 } else { 0.0 }]
+    };
+    assert_eq!(
+        said("head.obj", sheet(20, head)),
+        "head.obj: the model seems to stand on its head: its faces look down, and most of it lies high: pass --up=-z to turn it, \
+         or --up z if it is right"
     );
     assert_eq!(
         said("small.obj", sheet(20, |x, y, z| [x / 1e3, y / 1e3, z / 1e3])),
@@ -245,7 +255,7 @@ fn reference_systems() {
     folder.write("metadata.xml", "<ModelMetadata><SRS>LOCAL_CS[&quot;x&quot;]</SRS></ModelMetadata>");
     assert_eq!(
         folder.said(&path, &OpenOptions::default()),
-        "metadata.xml: unknown reference system \"LOCAL_CS[\\\"x\\\"]\": pass --crs EPSG:code \
+        "metadata.xml: unknown reference system \"x\": pass --crs EPSG:code \
          (or ENU:latitude,longitude) to say which it is"
     );
     let options = OpenOptions { crs: Some(Crs::Epsg(25832)), ..OpenOptions::default() };

@@ -90,6 +90,7 @@ pub(crate) fn assemble(args: &ParamArgs) -> anyhow::Result<Params> {
         ("method", &args.method),
         ("input.up", &args.up),
         ("input.crs", &args.crs),
+        ("input.origin", &args.origin),
         ("output.formats", &args.formats),
         ("resources.threads", &args.threads),
         ("resources.memory", &args.memory),
