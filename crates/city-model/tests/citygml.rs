@@ -212,3 +212,38 @@ fn munich() {
         assert!((a.lods.lod2[0].volume() - b.lods.lod2[0].volume()).abs() < 1e-3);
     }
 }
+
+/// GDAL reads the easting first whatever order EPSG names the axes in.
+#[test]
+#[expect(clippy::print_stderr, reason = "says why a test is skipped")]
+fn gdal_does_not_swap_the_axes() {
+    if Command::new("ogrinfo").arg("--version").output().is_err() {
+        eprintln!("skipped: ogrinfo (gdal-bin) is not installed");
+        return;
+    }
+    let dir = tempfile::tempdir().unwrap();
+    for name in [
+        "EPSG:2180",
+        "EPSG:3006",
+        "EPSG:31467",
+        "EPSG:31256",
+        "EPSG:6677",
+        "EPSG:2193",
+        "EPSG:3035",
+        "EPSG:25832",
+        "EPSG:7415",
+        "EPSG:2154",
+        "EPSG:25832+7837",
+        "EPSG:2180+9651",
+    ] {
+        let mut model = city(name.parse().unwrap());
+        model.origin = [637_000.0, 487_000.0, 0.0];
+        let path = dir.path().join(format!("{}.gml", name.replace([':', '+'], "_")));
+        write_citygml_file(&model, &path).unwrap();
+        let output = Command::new("ogrinfo").args(["-ro", "-al", "-so"]).arg(&path).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        let extents: Vec<&str> = told.lines().filter(|line| line.starts_with("Extent: (6")).collect();
+        assert!(!extents.is_empty(), "{name}: {told}");
+        assert!(!told.contains("Extent: (48"), "{name} is read swapped: {told}");
+    }
+}

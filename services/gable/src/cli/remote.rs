@@ -50,7 +50,7 @@ Examples:
 
 SOURCE is a mesh on this machine, which is sent if the service cannot see it; or a path under a source root of the service
 (gable serve --source-root), s3://BUCKET/PREFIX, or upload:ID. A folder is packed while it is sent, with an OBJ file go its
-libraries and textures. What was cut off goes on with the same command. Prints the id of the job.
+libraries, textures, and what says where it lies. What was cut off goes on with the same command. Prints the id of the job.
 With --watch the exit code is that of the job: 0 successful, 1 failed or cancelled, 3 partial.";
 
 /// Arguments of `gable submit`.

@@ -1,4 +1,4 @@
-//! The files that go with an OBJ file: its libraries, and the textures that they name.
+//! The files that go with an OBJ file: its libraries, the textures that they name, and what says where it lies.
 
 use crate::exit::UsageError;
 use anyhow::Context as _;
@@ -35,7 +35,24 @@ pub(super) fn of_obj(obj: &Path) -> anyhow::Result<Vec<PathBuf>> {
             }
         }
     }
+    files.extend(georeferences(folder)?);
     Ok(files.into_iter().collect())
+}
+
+/// The files of a folder by which programs say where a mesh in it lies.
+fn georeferences(folder: &Path) -> anyhow::Result<BTreeSet<PathBuf>> {
+    let mut found = BTreeSet::new();
+    for entry in std::fs::read_dir(folder).with_context(|| format!("folder {}", folder.display()))? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().to_lowercase();
+        let says = matches!(&*name, "metadata.xml" | "coords.txt" | "proj.txt")
+            || name.ends_with("offset.xyz")
+            || name.ends_with(".prj");
+        if says && entry.path().is_file() {
+            found.insert(PathBuf::from(entry.file_name()));
+        }
+    }
+    Ok(found)
 }
 
 /// What stands in lines `mtllib …`.
@@ -118,6 +135,14 @@ mod tests {
         assert_eq!(names("a.obj"), ["a.mtl", "a.obj", "wall.png"], "a name with spaces behind options cannot be told");
         std::fs::write(folder.join("a.mtl"), "map_Kd maps/roof one.jpg\n").unwrap();
         assert_eq!(names("a.obj"), ["a.mtl", "a.obj", "maps/roof one.jpg"]);
+        for name in ["Metadata.xml", "a.prj", "a_offset.xyz", "notes.txt"] {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let all = ["Metadata.xml", "a.mtl", "a.obj", "a.prj", "a_offset.xyz", "maps/roof one.jpg"];
+        assert_eq!(names("a.obj"), all, "what says where it lies goes along");
+        for name in ["Metadata.xml", "a.prj", "a_offset.xyz"] {
+            std::fs::remove_file(folder.join(name)).unwrap();
+        }
         let outside = of_obj(&folder.join("b.obj")).unwrap_err().to_string();
         assert!(outside.contains("../b.mtl") && outside.contains("one folder"), "{outside}");
     }
