@@ -61,7 +61,8 @@ fn the_api_is_what_its_document_says() {
         .args(["--exclude-checks", "positive_data_acceptance"])
         .current_dir(mesh.parent().unwrap());
     succeed(&mut command, Duration::from_secs(240));
-    assert_eq!(service.state(&job), "successful", "the service is still there");
+    // What has an address may have been deleted by then; the service is still there.
+    assert_eq!(service.text("/readyz"), "ok\n");
 }
 
 #[test]
