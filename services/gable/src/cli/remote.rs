@@ -143,8 +143,15 @@ Examples:
 
 Does again what failed of a partial or failed job, and what depends on it.";
 
+const DELETE_HELP: &str = "\
+Examples:
+  gable delete 0199a3c4-…
+
+Deletes the record of a job that is over, with its events and log. The city that it made stays; gable city delete removes that.";
+
 /// Arguments of `gable delete`.
 #[derive(Args, Debug)]
+#[command(after_help = DELETE_HELP)]
 pub(crate) struct DeleteArgs {
     #[command(flatten)]
     pub(crate) of: JobArgs,
