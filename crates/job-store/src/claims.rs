@@ -11,6 +11,7 @@ use crate::{
     Store, TaskState,
 };
 use sqlx::Row;
+use sqlx::any::AnyRow;
 use std::time::Duration;
 
 /// A task that a worker holds.
@@ -37,6 +38,21 @@ pub struct Claim {
 }
 
 impl Claim {
+    /// What is taken from whoever held it, from a row with the task and the job's city; what only a worker needs is empty.
+    pub(crate) fn taken_back(row: &AnyRow) -> Result<Self, JobStoreError> {
+        Ok(Self {
+            job: row.try_get("job")?,
+            city: row.try_get("city")?,
+            request: String::new(),
+            stage: row.try_get("stage")?,
+            unit: row.try_get("unit")?,
+            input: String::new(),
+            fence: row.try_get("fence")?,
+            attempt: row.try_get("attempts")?,
+            node: String::new(),
+        })
+    }
+
     pub(crate) fn lost(&self) -> JobStoreError {
         JobStoreError::Lost { job: self.job.clone(), stage: self.stage, unit: self.unit.clone(), fence: self.fence }
     }
@@ -297,17 +313,7 @@ impl Store {
         let expired = sqlx::query(self.sql(statement)).fetch_all(&self.pool).await?;
         let mut taken = Vec::new();
         for row in expired {
-            let claim = Claim {
-                job: row.try_get("job")?,
-                city: row.try_get("city")?,
-                request: String::new(),
-                stage: row.try_get("stage")?,
-                unit: row.try_get("unit")?,
-                input: String::new(),
-                fence: row.try_get("fence")?,
-                attempt: row.try_get("attempts")?,
-                node: String::new(),
-            };
+            let claim = Claim::taken_back(&row)?;
             let worker = row.try_get::<Option<String>, _>("worker")?.unwrap_or_else(|| "?".to_owned());
             let mut tx = self.begin().await?;
             self.lock(&mut tx, &claim.job).await?;

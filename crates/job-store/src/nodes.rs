@@ -111,17 +111,7 @@ impl Store {
         let rows = sqlx::query(self.sql_of(&statement)).bind("").bind(PATIENCE).fetch_all(&self.pool).await?;
         let mut given_up = Vec::new();
         for row in rows {
-            let claim = Claim {
-                job: row.try_get("job")?,
-                city: row.try_get("city")?,
-                request: String::new(),
-                stage: row.try_get("stage")?,
-                unit: row.try_get("unit")?,
-                input: String::new(),
-                fence: row.try_get("fence")?,
-                attempt: row.try_get("attempts")?,
-                node: String::new(),
-            };
+            let claim = Claim::taken_back(&row)?;
             let (required, reason): (i64, Option<String>) = (row.try_get("required")?, row.try_get("reason")?);
             let reason = reason.unwrap_or_default();
             let mut tx = self.begin().await?;
