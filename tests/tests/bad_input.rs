@@ -283,20 +283,31 @@ fn index_out_of_range() {
     let obj = field(40) + "f 1 2 99999\n";
     let line = obj.lines().count();
     let path = case.file("index.obj", &obj);
-    case.refused(&path, &[], &format!("{{}}/index.obj: line {line}: a face names vertex 99999, but there are 1681"));
+    let said = format!("{{}}/index.obj: line {line}: a face names vertex 99999, but there are 1681");
+    case.refused(&path, &["--strict"], &said);
+    let summary = case.accepted(&path, &[]);
+    assert_eq!(warned(&summary, "face of a vertex that is broken"), 1, "{}", summary["warnings"]);
+    assert_eq!(summary["triangles"], 3200);
     let off = off(40).replace("\n3 0 1 42\n", "\n3 0 1 1681\n");
     let line = off.lines().position(|l| l == "3 0 1 1681").unwrap() + 1;
     let path = case.file("index.off", &off);
-    case.refused(&path, &[], &format!("{{}}/index.off: line {line}: a face names vertex 1681, but there are 1681"));
+    let said = format!("{{}}/index.off: line {line}: a face names vertex 1681, but there are 1681");
+    case.refused(&path, &["--set", "input.strict=true"], &said);
+    assert_eq!(warned(&case.accepted(&path, &[]), "face of a vertex that is broken"), 1);
 }
 
 #[test]
 fn coordinates_that_are_no_numbers() {
-    for value in ["nan", "inf", "-inf", "1e999"] {
+    for value in ["nan", "-inf", "1e999", "-nan(ind)", "1.#QNAN"] {
         let case = Case::new();
-        let path = case.file("a.obj", format!("v {value} 0 0\n{}", field(40)));
-        let said = format!("{{}}/a.obj: line 1: a coordinate is \"{value}\": coordinates must be finite numbers");
-        case.refused(&path, &[], &said);
+        let path = case.file("a.obj", field(40).replacen("v 0 0 0", &format!("v {value} 0 0"), 1));
+        let said = format!("{{}}/a.obj: line 2: a coordinate is \"{value}\": coordinates must be finite numbers");
+        case.refused(&path, &["--strict"], &said);
+        // A corner of the field, which two faces use.
+        let summary = case.accepted(&path, &[]);
+        assert_eq!(warned(&summary, "vertex that is no number"), 1, "{}", summary["warnings"]);
+        assert_eq!(warned(&summary, "face of a vertex that is broken"), 2, "{}", summary["warnings"]);
+        assert_eq!(summary["status"], "successful");
     }
     let case = Case::new();
     let mut bytes = ply(40, true);
@@ -304,7 +315,45 @@ fn coordinates_that_are_no_numbers() {
     bytes[at..at + 4].copy_from_slice(&f32::INFINITY.to_le_bytes());
     let path = case.file("a.ply", bytes);
     let said = format!("{{}}/a.ply: byte {at}: a coordinate is inf: coordinates must be finite numbers");
-    case.refused(&path, &[], &said);
+    case.refused(&path, &["--strict"], &said);
+    assert_eq!(warned(&case.accepted(&path, &[]), "face of a vertex that is broken"), 2);
+}
+
+#[test]
+fn a_damaged_tile_costs_its_place_only() {
+    let east = |east: usize| {
+        let shift = |line: &str| match line.split(' ').collect::<Vec<_>>()[..] {
+            ["v", x, y, z] => format!("v {} {y} {z}\n", x.parse::<usize>().unwrap() + east),
+            _ => format!("{line}\n"),
+        };
+        field(40).lines().map(shift).collect::<String>()
+    };
+    let cut = |text: String| text[..text.rfind("\nf 1").unwrap() + 5].to_owned();
+    let tiles = |case: &Case, damaged: &[usize]| {
+        for at in 0..3 {
+            let text = if damaged.contains(&at) { cut(east(40 * at)) } else { east(40 * at) };
+            case.file(&format!("city/Tile_{at}/Tile_{at}.obj"), text);
+        }
+        case.folder.path().join("city")
+    };
+    let case = Case::new();
+    let whole = case.accepted(&tiles(&case, &[]), &[]);
+    let case = Case::new();
+    let path = tiles(&case, &[1]);
+    let summary = case.accepted(&path, &[]);
+    assert_eq!(warned(&summary, "damaged mesh file"), 1, "{}", summary["warnings"]);
+    let places = &summary["warnings"].as_array().unwrap().iter().find(|w| w["what"] == "damaged mesh file").unwrap()["places"];
+    assert!(places[0].as_str().unwrap().contains("Tile_1.obj: line "), "{places}");
+    let boxes = |summary: &serde_json::Value| summary["buildings"].as_u64().unwrap();
+    assert_eq!((boxes(&whole), boxes(&summary)), (3, 3), "what was read up to the cut holds the box");
+    let said = |at: usize| {
+        let text = std::fs::read_to_string(path.join(format!("Tile_{at}/Tile_{at}.obj"))).unwrap();
+        let lines = text.lines().count();
+        format!("{{}}/city/Tile_{at}/Tile_{at}.obj: line {lines}: the file ends too early, within a face: {AGAIN}")
+    };
+    case.refused(&path, &["--strict"], &said(1));
+    tiles(&case, &[0, 1, 2]);
+    case.refused(&path, &[], &said(0));
 }
 
 #[test]

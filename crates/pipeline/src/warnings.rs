@@ -76,6 +76,18 @@ fn said(kind: WarningKind) -> (&'static str, &'static str) {
             "file that tells where meshes lie, but of none that is read",
             "not used: say where they lie by --origin and --crs",
         ),
+        WarningKind::BrokenVertex => (
+            "vertex that is no number",
+            "faces that use it are left out: --strict refuses such a mesh",
+        ),
+        WarningKind::BrokenFace => (
+            "face of a vertex that is broken, or is not there",
+            "left out: --strict refuses such a mesh",
+        ),
+        WarningKind::BrokenFile => (
+            "damaged mesh file",
+            "read up to the fault, so that its place is not whole: copy it again, or refuse such a mesh by --strict",
+        ),
     }
 }
 

@@ -32,6 +32,12 @@ pub enum WarningKind {
     ScaledUnits,
     /// A file that tells where meshes lie, but of none that is read.
     UnusedGeoreference,
+    /// A vertex with a coordinate that is not finite: faces that use it are left out.
+    BrokenVertex,
+    /// A face that uses a broken vertex, or one that is not there: left out.
+    BrokenFace,
+    /// A file of several that is damaged: it is read up to the fault.
+    BrokenFile,
 }
 
 /// How often a warning came up, with its first places.

@@ -223,6 +223,20 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Whether it is about the content of one mesh file, so that the others of a city can be read without it. What the
+    /// system refuses, what may not be read and what is too much is not.
+    pub(crate) fn is_damage(&self) -> bool {
+        matches!(
+            self,
+            Self::WrongMagic { .. }
+                | Self::Syntax { .. }
+                | Self::Truncated { .. }
+                | Self::IndexOutOfRange { .. }
+                | Self::NotFinite { .. }
+                | Self::Unsupported { .. }
+        )
+    }
+
     /// The error for a failed system call: a missing file gets its own.
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();

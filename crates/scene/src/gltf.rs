@@ -152,7 +152,7 @@ fn stream_primitive(
         let position = sink.vertex(transform.apply(DVec3::new(x, y, z)), &placement);
         if !position.is_finite() {
             let value = format!("({x}, {y}, {z}) in the vertices of a mesh");
-            return Err(SceneError::NotFinite { path: path.to_owned(), place, value }.into());
+            sink.broken(WarningKind::BrokenVertex, SceneError::NotFinite { path: path.to_owned(), place, value })?;
         }
         let uv = uvs.as_ref().filter(|uvs| at < uvs.count).map_or(Corner::NO_UV, |uvs| {
             let [u, v] = uvs.get(at);
@@ -202,7 +202,13 @@ fn stream_primitive(
             _ if at % 2 == 1 => [at + 1, at, at + 2],
             _ => [at, at + 1, at + 2],
         };
-        let mut three = [corner(a)?, corner(b)?, corner(c)?];
+        let mut three = match [corner(a), corner(b), corner(c)] {
+            [Ok(a), Ok(b), Ok(c)] => [a, b, c],
+            [Err(fault), ..] | [_, Err(fault), _] | [.., Err(fault)] => {
+                sink.broken(WarningKind::BrokenFace, fault)?;
+                continue;
+            }
+        };
         if transform.mirrors() {
             three.swap(1, 2);
         }

@@ -11,12 +11,27 @@ const POWERS: [f64; 23] = [
 /// A number whose digits make an integer of at most 2⁵³ and whose scale is a power of ten of at most
 /// 10²² is one exact integer multiplied or divided by one exact power, which rounds once and
 /// therefore rightly (Clinger 1990, "How to read floating point numbers accurately"). All others
-/// are left to the standard library.
+/// are left to the standard library. What C programs write for what is no number (`-nan(ind)`, `1.#QNAN`, `1.#INF`) is read as such.
 pub(crate) fn parse_f64(text: &[u8]) -> Option<f64> {
     match simple(text) {
         Some(value) => Some(value),
-        None => std::str::from_utf8(text).ok()?.parse().ok(),
+        None => std::str::from_utf8(text).ok()?.parse().ok().or_else(|| no_number(text)),
     }
+}
+
+/// Not a number and infinity as C libraries write them: that of Microsoft in its old and its new form, and that of GNU.
+#[cold]
+fn no_number(text: &[u8]) -> Option<f64> {
+    let lower = text.to_ascii_lowercase();
+    let plain = lower.strip_prefix(b"-").or_else(|| lower.strip_prefix(b"+")).unwrap_or(&lower);
+    // Zeros may follow where digits were asked for: 1.#QNAN0.
+    let old = plain.strip_prefix(b"1.#").map(|rest| rest.trim_ascii_end());
+    let starts = |word: &[u8]| old.is_some_and(|old| old.starts_with(word) && old[word.len()..].iter().all(|b| *b == b'0'));
+    if starts(b"inf") {
+        return Some(if lower.starts_with(b"-") { f64::NEG_INFINITY } else { f64::INFINITY });
+    }
+    let new = plain.starts_with(b"nan(") && plain.ends_with(b")");
+    (new || [b"ind".as_slice(), b"qnan", b"snan"].into_iter().any(starts)).then_some(f64::NAN)
 }
 
 /// The value of `[+-]digits[.digits][e[+-]digits]` where one rounding is enough.
@@ -141,6 +156,18 @@ mod tests {
             "１",
         ] {
             assert!(agrees(text), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn what_c_writes_for_no_number_is_none() {
+        for text in ["-nan(ind)", "nan(snan)", "NaN(0x7ff)", "1.#QNAN", "-1.#IND", "-1.#IND00", "1.#SNAN"] {
+            assert!(parse_f64(text.as_bytes()).is_some_and(f64::is_nan), "{text}");
+        }
+        assert_eq!(parse_f64(b"1.#INF"), Some(f64::INFINITY));
+        assert_eq!(parse_f64(b"-1.#INF00"), Some(f64::NEG_INFINITY));
+        for text in ["1.#", "1.#QNAN1", "nan(", "nano", "1.#INFX"] {
+            assert_eq!(parse_f64(text.as_bytes()), None, "{text}");
         }
     }
 

@@ -5,7 +5,7 @@ use crate::counts::WarningKind;
 use crate::error::{Place, SceneError, shown};
 use crate::library::Libraries;
 use crate::line_blocks::LineBlocks;
-use crate::obj_chunk::{self, LineFault, ObjChunk, RawCorner, RawFace, Switch};
+use crate::obj_chunk::{self, ObjChunk, RawCorner, RawFace, Switch};
 use crate::paged::Paged;
 use crate::placement::Placement;
 use crate::sink::{Corner, Halt, Sink};
@@ -61,18 +61,31 @@ pub(crate) fn stream(
                 scope.spawn(|_| parsed = parse_batch(texts));
                 batch.drain(..).try_for_each(|(file, first, chunk)| {
                     if first {
-                        std::mem::take(&mut tables).leave(sink);
+                        std::mem::take(&mut tables).leave(sink)?;
                         sink.begin(&files[file]);
                         tables.file = Some(&files[file]);
                     }
-                    tables.take(&files[file], chunk, &placements[file], &mut libraries, sink)
+                    // What follows a fault of a file is not read.
+                    if tables.fault.is_some() {
+                        return Ok(());
+                    }
+                    let taken = match chunk {
+                        Ok(chunk) => tables.take(&files[file], chunk, &placements[file], &mut libraries, sink),
+                        Err(fault) => Err(fault.into()),
+                    };
+                    match taken {
+                        Err(Halt::Failed(fault)) if fault.is_damage() => {
+                            tables.fault = Some(fault);
+                            Ok(())
+                        }
+                        other => other,
+                    }
                 })
             });
             resolved?;
             batch = parsed;
         }
-        tables.leave(sink);
-        Ok(())
+        tables.leave(sink)
     })
 }
 
@@ -89,12 +102,13 @@ fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// A piece of a file: the file's index, whether it is its first, its text.
-type Piece = (usize, bool, Vec<u8>);
+/// A piece of a file: the file's index, whether it is its first, its text, or why the file is not read on.
+type Piece<T> = (usize, bool, Result<T, SceneError>);
 
-fn parse_batch(texts: Vec<Piece>) -> Vec<(usize, bool, ObjChunk)> {
+fn parse_batch(texts: Vec<Piece<Vec<u8>>>) -> Vec<Piece<ObjChunk>> {
     use rayon::prelude::*;
-    texts.into_par_iter().map(|(file, first, text)| (file, first, parse_piece(first, &text))).collect()
+    let parse = |(file, first, text): Piece<Vec<u8>>| (file, first, text.map(|text| parse_piece(first, &text)));
+    texts.into_par_iter().map(parse).collect()
 }
 
 fn parse_piece(first: bool, text: &[u8]) -> ObjChunk {
@@ -111,7 +125,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// The next pieces, at least `width` and about as many pieces' bytes, across the ends of files.
-    fn batch(&mut self, width: usize) -> Result<Vec<Piece>, SceneError> {
+    fn batch(&mut self, width: usize) -> Result<Vec<Piece<Vec<u8>>>, SceneError> {
         let mut pieces = Vec::new();
         let mut bytes = 0;
         while bytes < width * PIECE {
@@ -125,22 +139,25 @@ impl Reader<'_> {
                     self.open.insert(LineBlocks::open(file, self.reach, PIECE)?)
                 }
             };
-            match blocks.next()? {
-                Some(text) => {
-                    if first {
-                        check_text(&self.files[self.next - 1], &text)?;
-                    }
-                    bytes += text.len();
-                    pieces.push((self.next - 1, first, text));
-                }
-                None => {
+            let text = match blocks.next() {
+                Ok(Some(text)) if first => check_text(&self.files[self.next - 1], &text).map(|()| text),
+                Ok(Some(text)) => Ok(text),
+                Ok(None) => {
                     self.open = None;
                     if first {
                         // An empty file still has to be counted.
-                        pieces.push((self.next - 1, true, Vec::new()));
+                        pieces.push((self.next - 1, true, Ok(Vec::new())));
                     }
+                    continue;
                 }
+                Err(fault) => Err(fault),
+            };
+            match &text {
+                Ok(text) => bytes += text.len(),
+                Err(fault) if fault.is_damage() => self.open = None,
+                Err(_) => return text.map(|_| pieces),
             }
+            pieces.push((self.next - 1, first, text));
         }
         Ok(pieces)
     }
@@ -166,6 +183,8 @@ struct Tables<'a> {
     material: Option<u32>,
     lines: u64,
     corners: Vec<Corner>,
+    /// What ended the reading of the file.
+    fault: Option<Box<SceneError>>,
 }
 
 impl Default for Tables<'_> {
@@ -183,16 +202,19 @@ impl Default for Tables<'_> {
             material: None,
             lines: 0,
             corners: Vec::new(),
+            fault: None,
         }
     }
 }
 
 impl Tables<'_> {
-    /// Says so if a file held nothing.
-    fn leave(self, sink: &mut Sink<'_>) {
-        if let Some(file) = self.file.filter(|_| self.faces == 0) {
+    /// Ends a file: says so if it held nothing, or was broken.
+    fn leave(self, sink: &mut Sink<'_>) -> Result<(), Halt> {
+        let Some(file) = self.file else { return Ok(()) };
+        if sink.end(self.fault.map_or(Ok(()), |fault| Err(Halt::Failed(fault))))? && self.faces == 0 {
             sink.counts.warnings.add(WarningKind::EmptyFile, || file.display().to_string());
         }
+        Ok(())
     }
 
     fn take(
@@ -207,6 +229,11 @@ impl Tables<'_> {
         let most = (vertices + chunk.positions.len()).max(uvs + chunk.uvs.len());
         if most as u64 > budget::VERTICES {
             return Err(SceneError::too_many_vertices(file).into());
+        }
+        for (line, value) in chunk.not_finite {
+            let place = Place::Line(self.lines + u64::from(line) + 1);
+            let fault = SceneError::NotFinite { path: file.to_owned(), place, value };
+            sink.broken(WarningKind::BrokenVertex, fault)?;
         }
         for &[x, y, z] in &chunk.positions {
             self.positions.push(sink.vertex(DVec3::new(x, y, z), placement));
@@ -243,10 +270,9 @@ impl Tables<'_> {
         }
         if let Some((line, fault)) = chunk.fault {
             let place = Place::Line(self.lines + u64::from(line) + 1);
-            return Err(match fault {
-                LineFault::NotFinite(value) => SceneError::NotFinite { path: file.to_owned(), place, value },
-                LineFault::Syntax(what) if chunk.fault_at_end => SceneError::truncated(file, place, what),
-                LineFault::Syntax(what) => SceneError::syntax(file, place, what),
+            return Err(match chunk.fault_at_end {
+                true => SceneError::truncated(file, place, fault),
+                false => SceneError::syntax(file, place, fault),
             }
             .into());
         }
@@ -299,15 +325,19 @@ impl Tables<'_> {
             let at = resolve(corner.vertex, vertices);
             let position = at.and_then(|at| Some((at, *self.positions.get(at)?)));
             let Some((at, position)) = position else {
-                return Err(out_of_range(file, place, "vertex", corner.vertex, vertices).into());
+                let fault = out_of_range(file, place, "vertex", corner.vertex, vertices);
+                return sink.broken(WarningKind::BrokenFace, fault);
             };
             let mut uv = Corner::NO_UV;
             if corner.uv != 0 {
                 let found = resolve(corner.uv, uvs).and_then(|at| self.uvs.get(at));
-                let Some(found) = found else {
-                    return Err(out_of_range(file, place, "texture coordinate", corner.uv, uvs).into());
-                };
-                uv = *found;
+                match found {
+                    Some(found) => uv = *found,
+                    None => {
+                        let fault = out_of_range(file, place, "texture coordinate", corner.uv, uvs);
+                        return sink.broken(WarningKind::BrokenFace, fault);
+                    }
+                }
             }
             let colour = self.colours.get(at).copied().unwrap_or_default();
             self.corners.push(Corner { position, colour, uv });

@@ -32,19 +32,12 @@ pub(crate) enum Switch {
     Material(Vec<u8>),
 }
 
-/// What is wrong with a line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum LineFault {
-    /// It cannot be understood.
-    Syntax(String),
-    /// A coordinate is not finite.
-    NotFinite(String),
-}
-
 /// What a piece of an OBJ file says.
 #[derive(Debug, Default)]
 pub(crate) struct ObjChunk {
     pub(crate) positions: Vec<[f64; 3]>,
+    /// Lines of vertices with a coordinate that is not finite, and what stands there.
+    pub(crate) not_finite: Vec<(u32, String)>,
     /// sRGB and 255 for each position; empty if no vertex of the piece has a colour.
     pub(crate) colours: Vec<[u8; 4]>,
     /// NaN where the file has no finite number.
@@ -59,7 +52,7 @@ pub(crate) struct ObjChunk {
     /// Lines in the piece.
     pub(crate) lines: u32,
     /// The first line that is wrong, if one is; what follows it was not parsed.
-    pub(crate) fault: Option<(u32, LineFault)>,
+    pub(crate) fault: Option<(u32, String)>,
     /// Whether the faulty line is the last and lacks its line end.
     pub(crate) fault_at_end: bool,
 }
@@ -117,9 +110,9 @@ fn line_at(text: &[u8], start: usize) -> (&[u8], usize) {
 
 impl ObjChunk {
     #[inline]
-    fn statement(&mut self, line: &[u8], number: u32) -> Result<(), LineFault> {
+    fn statement(&mut self, line: &[u8], number: u32) -> Result<(), String> {
         match line {
-            [b'v', b' ' | b'\t', rest @ ..] => self.position(rest),
+            [b'v', b' ' | b'\t', rest @ ..] => self.position(rest, number),
             [b'f', b' ' | b'\t', rest @ ..] => self.face(rest, number),
             [b'v', b't', b' ' | b'\t', rest @ ..] => self.texture_coordinate(rest),
             [] | [b'#', ..] | [b'v', b'n', b' ' | b'\t', ..] => Ok(()),
@@ -129,21 +122,23 @@ impl ObjChunk {
 
     /// `v x y z`, `v x y z w`, `v x y z r g b`.
     #[inline]
-    fn position(&mut self, rest: &[u8]) -> Result<(), LineFault> {
+    fn position(&mut self, rest: &[u8], line: u32) -> Result<(), String> {
         let mut words = Words { rest };
         let mut position = [0.0; 3];
         for (axis, value) in ["x", "y", "z"].iter().zip(&mut position) {
             let Some(word) = words.next() else {
-                return Err(LineFault::Syntax(format!("a vertex without {axis}")));
+                return Err(format!("a vertex without {axis}"));
             };
             *value = match parse_f64(word) {
-                Some(value) if value.is_finite() => value,
-                Some(_) => return Err(LineFault::NotFinite(crate::error::shown(word))),
+                Some(value) => value,
                 None => {
                     let word = crate::error::shown(word);
-                    return Err(LineFault::Syntax(format!("{word} stands where a vertex has its {axis}")));
+                    return Err(format!("{word} stands where a vertex has its {axis}"));
                 }
             };
+            if !value.is_finite() && self.not_finite.last().is_none_or(|(last, _)| *last != line) {
+                self.not_finite.push((line, crate::error::shown(word)));
+            }
         }
         self.positions.push(position);
         if let Some(r) = words.next() {
@@ -175,17 +170,17 @@ impl ObjChunk {
 
     /// `vt u [v [w]]`.
     #[inline]
-    fn texture_coordinate(&mut self, rest: &[u8]) -> Result<(), LineFault> {
+    fn texture_coordinate(&mut self, rest: &[u8]) -> Result<(), String> {
         let mut words = Words { rest };
         let u = words.next().and_then(parse_f64);
         let Some(u) = u else {
-            return Err(LineFault::Syntax("a texture coordinate without a number".to_owned()));
+            return Err("a texture coordinate without a number".to_owned());
         };
         let v = match words.next() {
             None => 0.0,
             Some(word) => parse_f64(word).ok_or_else(|| {
                 let word = crate::error::shown(word);
-                LineFault::Syntax(format!("{word} stands where a texture coordinate has its v"))
+                format!("{word} stands where a texture coordinate has its v")
             })?,
         };
         let uv = [u as f32, v as f32];
@@ -195,17 +190,17 @@ impl ObjChunk {
 
     /// `f v…`, `f v/vt…`, `f v//vn…`, `f v/vt/vn…`.
     #[inline]
-    fn face(&mut self, rest: &[u8], line: u32) -> Result<(), LineFault> {
+    fn face(&mut self, rest: &[u8], line: u32) -> Result<(), String> {
         let before = self.corners.len();
         let words = Words { rest };
         for word in words {
             let Some(corner) = corner(word) else {
                 let word = crate::error::shown(word);
-                return Err(LineFault::Syntax(format!("{word} is no corner of a face: write v, v/vt or v/vt/vn")));
+                return Err(format!("{word} is no corner of a face: write v, v/vt or v/vt/vn"));
             };
             self.corners.push(corner);
             if self.corners.len() - before > budget::CORNERS {
-                return Err(LineFault::Syntax(format!("a face of more than {} corners", budget::CORNERS)));
+                return Err(format!("a face of more than {} corners", budget::CORNERS));
             }
         }
         self.faces.push(RawFace {
@@ -220,8 +215,8 @@ impl ObjChunk {
     /// Looks for the marks of a cut in a last line without a line end: what would be put up with elsewhere (a face of
     /// two corners, a lone keyword) is there the start of a statement. A cut inside the last number cannot be seen.
     #[cold]
-    fn check_last(&self, line: &[u8], faces_before: usize) -> Result<(), LineFault> {
-        let cut = |what: &str| Err(LineFault::Syntax(what.to_owned()));
+    fn check_last(&self, line: &[u8], faces_before: usize) -> Result<(), String> {
+        let cut = |what: &str| Err(what.to_owned());
         if matches!(line.trim_ascii(), b"v" | b"vt" | b"vn" | b"f" | b"usemtl" | b"us" | b"use") {
             return cut("within a statement");
         }
@@ -239,7 +234,7 @@ impl ObjChunk {
 
     /// Statements that are rare.
     #[cold]
-    fn other(&mut self, line: &[u8], number: u32) -> Result<(), LineFault> {
+    fn other(&mut self, line: &[u8], number: u32) -> Result<(), String> {
         let trimmed = line.trim_ascii();
         if trimmed.len() < line.len() && !trimmed.is_empty() {
             // Blanks before the keyword: allowed, though nobody writes them in large files.
@@ -378,7 +373,9 @@ mod tests {
     fn faults_name_their_line() {
         let fault = |text: &str| parse(text.as_bytes()).fault.map(|(line, _)| line);
         assert_eq!(fault("v 1 2 3\nv 1 2\n"), Some(1));
-        assert_eq!(fault("v 1 2 \\\n3\n\nv 1 nan 2\n"), Some(3));
+        let chunk = parse(b"v 1 2 \\\n3\n\nv 1 nan 2\nv -nan(ind) 1 1.#INF\nv 1 2 3\n");
+        assert_eq!(chunk.not_finite, [(3, "\"nan\"".to_owned()), (4, "\"-nan(ind)\"".to_owned())]);
+        assert!(chunk.positions.len() == 4 && chunk.fault.is_none(), "faces count on every vertex");
         assert_eq!(fault("  f 1 x 3\n"), Some(0));
     }
 

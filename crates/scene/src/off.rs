@@ -1,6 +1,7 @@
 //! OFF files (Geomview): text, with colours, normals and texture coordinates at the vertices if the keyword says so.
 
 use crate::budget;
+use crate::counts::WarningKind;
 use crate::error::{SceneError, shown};
 use crate::paged::Paged;
 use crate::placement::Placement;
@@ -61,7 +62,10 @@ pub(crate) fn stream(path: &Path, reach: &Reach, placement: Placement, sink: &mu
 
     let mut table: Paged<Vertex> = Paged::default();
     for _ in 0..vertices {
-        let mut read = vertex(path, &mut tokens, layout)?;
+        let (mut read, fault) = vertex(path, &mut tokens, layout)?;
+        if let Some(fault) = fault {
+            sink.broken(WarningKind::BrokenVertex, fault)?;
+        }
         read.position = sink.vertex(read.position, &placement);
         table.push(read);
         sink.counts.vertices += 1;
@@ -74,24 +78,29 @@ pub(crate) fn stream(path: &Path, reach: &Reach, placement: Placement, sink: &mu
             return Err(SceneError::syntax(path, place, format!("a face cannot have {size} corners")).into());
         }
         corners.clear();
+        let mut fault: Option<SceneError> = None;
         for _ in 0..size as usize {
             let index = tokens.number("a vertex of a face")?;
             let found = if index >= 0.0 && index.fract() == 0.0 { table.get(index as usize) } else { None };
             let Some(Vertex { position, colour, uv }) = found.copied() else {
-                return Err(SceneError::IndexOutOfRange {
+                fault.get_or_insert(SceneError::IndexOutOfRange {
                     path: path.to_owned(),
                     place: tokens.place(),
                     kind: "vertex",
                     index: index as i64,
                     count: vertices,
-                }
-                .into());
+                });
+                continue;
             };
             corners.push(Corner { position, colour, uv });
         }
         // A face's own colour is passed over.
         tokens.skip_line()?;
         sink.counts.faces += 1;
+        if let Some(fault) = fault {
+            sink.broken(WarningKind::BrokenFace, fault)?;
+            continue;
+        }
         sink.polygon(&corners, Triangle::NO_MATERIAL, path, place)?;
     }
     Ok(())
@@ -116,8 +125,12 @@ fn count(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, what: &str) -> R
     }
 }
 
-/// `x y z [w] [nx ny nz] [colour to the end of the line] [s t]`.
-fn vertex(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, layout: Layout) -> Result<Vertex, SceneError> {
+/// `x y z [w] [nx ny nz] [colour to the end of the line] [s t]`; and what is wrong with its place, if something is.
+fn vertex(
+    path: &Path,
+    tokens: &mut Tokens<'_, BufReader<File>>,
+    layout: Layout,
+) -> Result<(Vertex, Option<SceneError>), SceneError> {
     let mut coordinates = [0.0, 0.0, 0.0, 1.0];
     let used = if layout.weight { 4 } else { 3 };
     for value in &mut coordinates[..used] {
@@ -125,10 +138,10 @@ fn vertex(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, layout: Layout)
     }
     let [x, y, z, w] = coordinates;
     let position = DVec3::new(x, y, z) / w;
-    if !position.is_finite() {
+    let fault = (!position.is_finite()).then(|| {
         let value = coordinates.iter().find(|c| !c.is_finite()).map_or("divided by 0".to_owned(), f64::to_string);
-        return Err(SceneError::NotFinite { path: path.to_owned(), place: tokens.place(), value });
-    }
+        SceneError::NotFinite { path: path.to_owned(), place: tokens.place(), value }
+    });
     let mut rest = Vec::new();
     while let Some(value) = tokens.number_on_line()? {
         if rest.len() < 16 {
@@ -149,7 +162,7 @@ fn vertex(path: &Path, tokens: &mut Tokens<'_, BufReader<File>>, layout: Layout)
         [r, g, b, ..] if layout.colour => rgb([r, g, b], rest.iter().all(|c| *c <= 1.0)),
         _ => [0; 4],
     };
-    Ok(Vertex { position, colour, uv })
+    Ok((Vertex { position, colour, uv }, fault))
 }
 
 /// A colour of either scale; whole numbers are 0 to 255, fractions 0 to 1.

@@ -201,24 +201,25 @@ fn read_vertices(
     values: &mut Values<'_>,
     placement: Placement,
     sink: &mut Sink<'_>,
-) -> Result<Paged<Vertex>, SceneError> {
+) -> Result<Paged<Vertex>, Halt> {
     let roles: Vec<Role> =
         element.properties.iter().map(|p| if p.list.is_some() { Role::Other } else { role(&p.name) }).collect();
     let has = |wanted: [Role; 3]| wanted.iter().all(|role| roles.contains(role));
     if !has([0, 1, 2].map(Role::Position)) {
         let what = "its vertices have no x, y and z";
-        return Err(SceneError::Unsupported { path: path.to_owned(), what: what.to_owned() });
+        return Err(SceneError::Unsupported { path: path.to_owned(), what: what.to_owned() }.into());
     }
     let coloured = has([0, 1, 2].map(Role::Colour));
     let textured = roles.contains(&Role::Uv(0)) && roles.contains(&Role::Uv(1));
     let fractions = element.properties.iter().zip(&roles).any(|(p, r)| *r == Role::Colour(0) && p.item.is_float());
     if element.count > budget::VERTICES {
-        return Err(SceneError::too_many_vertices(path));
+        return Err(SceneError::too_many_vertices(path).into());
     }
     let mut vertices = Paged::default();
     for _ in 0..element.count {
         let (mut position, mut colour, mut uv) = ([0.0; 3], [0.0; 3], [0.0; 2]);
         let place = values.place();
+        let mut fault: Option<SceneError> = None;
         for (property, role) in element.properties.iter().zip(&roles) {
             match *role {
                 Role::Position(axis) => {
@@ -226,13 +227,16 @@ fn read_vertices(
                     if !position[axis].is_finite() {
                         let place = if let Place::Line(_) = place { values.place() } else { place };
                         let value = position[axis].to_string();
-                        return Err(SceneError::NotFinite { path: path.to_owned(), place, value });
+                        fault.get_or_insert(SceneError::NotFinite { path: path.to_owned(), place, value });
                     }
                 }
                 Role::Colour(channel) => colour[channel] = values.next(property.item, "a vertex colour")?,
                 Role::Uv(axis) => uv[axis] = values.next(property.item, "a texture coordinate")?,
                 Role::Other => skip_one(values, property)?,
             }
+        }
+        if let Some(fault) = fault {
+            sink.broken(WarningKind::BrokenVertex, fault)?;
         }
         // Fractions run to 1, but some programs write 0 to 255 as floats.
         let scale = if fractions && colour.iter().all(|c| *c <= 1.0) { 255.0 } else { 1.0 };
@@ -273,6 +277,7 @@ fn read_faces(
         corners.clear();
         wedges.clear();
         let mut material = materials.start;
+        let mut fault: Option<SceneError> = None;
         let mut place = values.place();
         for property in &element.properties {
             match (property.list, property.name.as_str()) {
@@ -287,14 +292,14 @@ fn read_faces(
                         let found =
                             if index >= 0.0 && index.fract() == 0.0 { vertices.get(index as usize) } else { None };
                         let Some(Vertex { position, colour, uv }) = found.copied() else {
-                            return Err(SceneError::IndexOutOfRange {
+                            fault.get_or_insert(SceneError::IndexOutOfRange {
                                 path: path.to_owned(),
                                 place,
                                 kind: "vertex",
                                 index: index as i64,
                                 count: vertices.len() as u64,
-                            }
-                            .into());
+                            });
+                            continue;
                         };
                         corners.push(Corner { position, colour, uv });
                     }
@@ -313,6 +318,11 @@ fn read_faces(
                 _ => skip_one(values, property)?,
             }
         }
+        sink.counts.faces += 1;
+        if let Some(fault) = fault {
+            sink.broken(WarningKind::BrokenFace, fault)?;
+            continue;
+        }
         if wedges.len() == 2 * corners.len() {
             for (corner, uv) in corners.iter_mut().zip(wedges.chunks_exact(2)) {
                 corner.uv = [uv[0], uv[1]];
@@ -322,7 +332,6 @@ fn read_faces(
         if !known && !materials.is_empty() {
             sink.warn(WarningKind::UnknownMaterial, path, place);
         }
-        sink.counts.faces += 1;
         sink.polygon(&corners, if known { material } else { Triangle::NO_MATERIAL }, path, place)?;
     }
     Ok(())

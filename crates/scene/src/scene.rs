@@ -44,6 +44,9 @@ pub struct OpenOptions {
     /// What is added to the coordinates of every file, z up, in the units of the reference system; in place of what files beside the
     /// meshes say.
     pub origin: Option<DVec3>,
+    /// Whether damage is refused that else is left out and counted: vertices that are no numbers, faces of vertices that are not
+    /// there, and a file of several that breaks off or is not of its format.
+    pub strict: bool,
     /// Which files may be read: those of the scene, and what they name. By default all that the system lets this process read.
     pub reach: Reach,
 }
@@ -86,6 +89,7 @@ pub struct Scene {
     /// Files beside the meshes that say where they lie.
     described_by: Vec<PathBuf>,
     watch_up: bool,
+    strict: bool,
     warnings: Warnings,
 }
 
@@ -106,7 +110,7 @@ impl Scene {
     /// those that the nearest of the files tells which photogrammetry programs write beside meshes (see the README).
     ///
     /// # Errors
-    /// If a file is missing or its header is not of its format, or the reference system is not understood, not one of lengths, or not
+    /// If a file is missing or no file's header is of its format, or the reference system is not understood, not one of lengths, or not
     /// the same for all. OBJ and OFF files are opened only when they are streamed.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, SceneError> {
         let path = path.as_ref();
@@ -166,6 +170,7 @@ impl Scene {
             placements: origins.into_iter().map(|origin| Placement { up, origin, units }).collect(),
             described_by: finder.used().cloned().collect(),
             watch_up: options.up == Up::Auto,
+            strict: options.strict,
             warnings,
         };
         scene.read_materials()?;
@@ -232,7 +237,7 @@ impl Scene {
         for file in &self.files {
             counts.bytes += self.reach.length(file)?;
         }
-        let mut sink = Sink::new(&self.path, self.materials.clone(), counts, visit);
+        let mut sink = Sink::new(&self.path, self.materials.clone(), counts, self.files.len(), self.strict, visit);
         let reach = &self.reach;
         match self.format {
             Format::Obj => obj::stream(&self.files, &self.placements, reach, &mut sink)?,
@@ -240,14 +245,14 @@ impl Scene {
                 for ((file, first), placement) in self.files.iter().zip(&self.first_materials).zip(&self.placements) {
                     let before = sink.triangles();
                     sink.begin(file);
-                    match format {
-                        Format::Ply => crate::ply::stream(file, reach, *first, *placement, &mut sink)?,
-                        Format::Off => crate::off::stream(file, reach, *placement, &mut sink)?,
+                    let read = match format {
+                        Format::Ply => crate::ply::stream(file, reach, *first, *placement, &mut sink),
+                        Format::Off => crate::off::stream(file, reach, *placement, &mut sink),
                         Format::Obj | Format::Gltf => {
-                            crate::gltf::stream(file, reach, *first, *placement, &mut sink)?;
+                            crate::gltf::stream(file, reach, *first, *placement, &mut sink)
                         }
-                    }
-                    if sink.triangles() == before {
+                    };
+                    if sink.end(read)? && sink.triangles() == before {
                         sink.counts.warnings.add(WarningKind::EmptyFile, || file.display().to_string());
                     }
                 }
@@ -259,7 +264,7 @@ impl Scene {
         Ok(content)
     }
 
-    /// Reads the materials that headers name, in the order of the files.
+    /// Reads the materials that headers name, in the order of the files. Files of several whose header is broken are left out.
     fn read_materials(&mut self) -> Result<(), SceneError> {
         use rayon::prelude::*;
         let (format, reach) = (self.format, &self.reach);
@@ -273,8 +278,22 @@ impl Scene {
             materials.map(|materials| (materials, warnings))
         };
         let all: Vec<_> = self.files.par_iter().map(read).collect();
-        for read in all {
-            let (materials, warnings) = read?;
+        let mut broken: Option<SceneError> = None;
+        let files = std::mem::take(&mut self.files);
+        let placements = std::mem::take(&mut self.placements);
+        let forgiving = !self.strict && files.len() > 1;
+        for ((file, placement), read) in files.into_iter().zip(placements).zip(all) {
+            let (materials, warnings) = match read {
+                Ok(read) => read,
+                Err(fault) if forgiving && fault.is_damage() => {
+                    self.warnings.add(WarningKind::BrokenFile, || fault.to_string());
+                    broken.get_or_insert(fault);
+                    continue;
+                }
+                Err(fault) => return Err(fault),
+            };
+            self.files.push(file);
+            self.placements.push(placement);
             self.first_materials.push(self.materials.len() as u32);
             self.materials.extend(materials);
             if self.materials.len() > budget::MATERIALS {
@@ -282,7 +301,10 @@ impl Scene {
             }
             self.warnings.merge(warnings);
         }
-        Ok(())
+        match broken {
+            Some(fault) if self.files.is_empty() => Err(fault),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -56,6 +56,22 @@ impl Corner {
     pub(crate) const NO_UV: [f32; 2] = [f32::NAN; 2];
 }
 
+/// What was found broken.
+#[derive(Debug, Default)]
+struct Damage {
+    /// Whether it is refused rather than left out.
+    strict: bool,
+    /// Files of the scene, and those of them that are broken.
+    files: usize,
+    broken_files: usize,
+    /// Faces of the file in hand that are broken, and all faces before it.
+    broken_faces: u64,
+    faces_before: u64,
+    /// The first fault of the file in hand, and of the scene.
+    in_file: Option<SceneError>,
+    first: Option<SceneError>,
+}
+
 /// The receiving end of a stream.
 pub(crate) struct Sink<'a> {
     path: &'a Path,
@@ -69,6 +85,7 @@ pub(crate) struct Sink<'a> {
     cutter: Cutter,
     /// The places of a polygon's corners.
     border: Vec<DVec3>,
+    damage: Damage,
     /// What has been read so far.
     pub(crate) counts: Counts,
 }
@@ -78,6 +95,8 @@ impl<'a> Sink<'a> {
         path: &'a Path,
         materials: Vec<Material>,
         counts: Counts,
+        files: usize,
+        strict: bool,
         visit: &'a mut dyn FnMut(&[Triangle]) -> ControlFlow<()>,
     ) -> Self {
         Self {
@@ -90,6 +109,7 @@ impl<'a> Sink<'a> {
             plans: Plans::default(),
             cutter: Cutter::default(),
             border: Vec::new(),
+            damage: Damage { strict, files, ..Damage::default() },
             counts,
         }
     }
@@ -98,12 +118,60 @@ impl<'a> Sink<'a> {
     pub(crate) fn begin(&mut self, path: &Path) {
         self.counts.files += 1;
         self.plans.begin(path);
+        self.damage.broken_faces = 0;
+        self.damage.faces_before = self.counts.faces;
+        self.damage.in_file = None;
+    }
+
+    /// The file in hand was read, with this result. Its damage costs that file only, if there are others: an error if it costs all.
+    /// Whether it was whole.
+    pub(crate) fn end(&mut self, result: Result<(), Halt>) -> Result<bool, Halt> {
+        let damage = &mut self.damage;
+        let fault = match result {
+            Err(Halt::Failed(error)) if error.is_damage() => *error,
+            Err(other) => return Err(other),
+            Ok(()) => match damage.in_file.take() {
+                // Where most faces are broken, the file is: what is left would be no surface.
+                Some(fault) if 2 * damage.broken_faces > self.counts.faces - damage.faces_before => fault,
+                Some(fault) => {
+                    damage.first.get_or_insert(fault);
+                    return Ok(true);
+                }
+                None => return Ok(true),
+            },
+        };
+        damage.broken_files += 1;
+        if damage.strict || damage.files == 1 {
+            return Err(fault.into());
+        }
+        self.counts.warnings.add(WarningKind::BrokenFile, || fault.to_string());
+        let first = damage.first.get_or_insert(fault);
+        if damage.broken_files < damage.files {
+            return Ok(false);
+        }
+        Err(std::mem::replace(first, SceneError::NoTriangles { path: self.path.to_owned() }).into())
+    }
+
+    /// Takes note of a broken vertex or face: an error where they are refused.
+    #[cold]
+    pub(crate) fn broken(&mut self, kind: WarningKind, fault: SceneError) -> Result<(), Halt> {
+        if self.damage.strict {
+            return Err(fault.into());
+        }
+        self.counts.warnings.add(kind, || fault.to_string());
+        if kind == WarningKind::BrokenFace {
+            self.damage.broken_faces += 1;
+        }
+        self.damage.in_file.get_or_insert(fault);
+        Ok(())
     }
 
     /// Takes a vertex of a file; gives its place in the world.
     #[inline]
     pub(crate) fn vertex(&mut self, vertex: DVec3, placement: &Placement) -> DVec3 {
-        self.lattice.add(vertex);
+        if vertex.is_finite() {
+            self.lattice.add(vertex);
+        }
         placement.apply(vertex)
     }
 
@@ -112,6 +180,12 @@ impl<'a> Sink<'a> {
     pub(crate) fn polygon(&mut self, corners: &[Corner], material: u32, path: &Path, place: Place) -> Result<(), Halt> {
         if corners.len() < 3 {
             self.warn(WarningKind::DegenerateFace, path, place);
+            return Ok(());
+        }
+        if corners.iter().any(|c| !c.position.is_finite()) {
+            // The vertex was told already: in strict reading, it was an error.
+            self.warn(WarningKind::BrokenFace, path, place);
+            self.damage.broken_faces += 1;
             return Ok(());
         }
         let textured = corners.iter().all(|c| !c.uv[0].is_nan() && !c.uv[1].is_nan());
@@ -184,6 +258,11 @@ impl<'a> Sink<'a> {
     /// Hands on the rest; what was read, and the sums to judge it by.
     pub(crate) fn finish(mut self) -> Result<(Content, Survey), Halt> {
         self.hand_on()?;
+        if self.triangles() == 0
+            && let Some(fault) = self.damage.first.take()
+        {
+            return Err(fault.into());
+        }
         for said in self.lattice.coarse() {
             self.counts.warnings.add(WarningKind::CoarseCoordinates, || said);
         }

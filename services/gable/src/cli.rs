@@ -207,6 +207,9 @@ pub(crate) struct ParamArgs {
     /// What is added to the coordinates, in the units of the reference system [default: what files beside the mesh say]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) origin: Option<String>,
+    /// Refuse a mesh with damage that else is left out and counted: vertices that are no numbers, damaged files among others
+    #[arg(long)]
+    pub(crate) strict: bool,
     /// Output formats, joined by commas: cityjson, cityjsonseq, citygml, 3dtiles, mesh-3dtiles
     #[arg(long, value_name = "LIST")]
     pub(crate) formats: Option<String>,

@@ -96,6 +96,8 @@ parameters! {
         crs: String = "auto".to_owned(), "", ANY;
         /// What is added to the coordinates, x,y,z in the units of the reference system; auto takes what files beside the mesh say.
         origin: String = "auto".to_owned(), "", ANY;
+        /// Whether vertices that are no numbers, faces of vertices that are not there, and damaged files among others are refused, not left out.
+        strict: bool = false, "", ANY;
     }
     /// How the city is cut into blocks, which become the tiles of the output.
     grid: GridParams {

@@ -1,6 +1,7 @@
 //! Reading scenes, from files to triangles.
 
 mod budgets;
+mod damage;
 mod files;
 mod formats;
 mod messages;

@@ -95,6 +95,9 @@ pub(crate) fn assemble(args: &ParamArgs) -> anyhow::Result<Params> {
         ("resources.threads", &args.threads),
         ("resources.memory", &args.memory),
     ];
+    if args.strict {
+        settings.push(("input.strict".to_owned(), "true".to_owned()));
+    }
     for (name, value) in flags {
         if let Some(value) = value {
             settings.push((name.to_owned(), value.clone()));
