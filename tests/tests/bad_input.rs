@@ -341,8 +341,13 @@ fn a_damaged_tile_costs_its_place_only() {
     let case = Case::new();
     let path = tiles(&case, &[1]);
     let summary = case.accepted(&path, &[]);
-    assert_eq!(warned(&summary, "damaged mesh file"), 1, "{}", summary["warnings"]);
-    let places = &summary["warnings"].as_array().unwrap().iter().find(|w| w["what"] == "damaged mesh file").unwrap()["places"];
+    assert_eq!(warned(&summary, "mesh file that is damaged, or cannot be read"), 1, "{}", summary["warnings"]);
+    let places = &summary["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|w| w["what"] == "mesh file that is damaged, or cannot be read")
+        .unwrap()["places"];
     assert!(places[0].as_str().unwrap().contains("Tile_1.obj: line "), "{places}");
     let boxes = |summary: &serde_json::Value| summary["buildings"].as_u64().unwrap();
     assert_eq!((boxes(&whole), boxes(&summary)), (3, 3), "what was read up to the cut holds the box");
@@ -379,7 +384,7 @@ fn wrong_magic() {
         case.refused(&path, &[], &format!("{{}}/{name}: {said}"));
     };
     refused("fake.ply", b"solid city", "is not a PLY file (ply): it starts with \"solid city\"");
-    refused("fake.off", b"PLYX", "is not an OFF file (OFF, COFF, NOFF, STOFF in text): it starts with \"PLYX\"");
+    refused("fake.off", b"PLYX", "is not an OFF file (OFF, COFF, NOFF, STOFF): it starts with \"PLYX\"");
     refused("fake.glb", b"JFIF stuff", "is not a GLB or glTF file: it starts with \"JFIF stu\"");
     refused(
         "fake.obj",
@@ -499,6 +504,7 @@ fn missing_materials_and_textures_are_counted_and_told() {
     assert!((0..5).all(|i| told.contains(&place(i))) && !told.contains(&place(5)), "{told}");
     assert!(told.contains("\n    and 2 more\n"), "{told}");
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("mesh without textures, or with few") && page.contains("does not tell its reference system"));
     assert!(page.contains("missing texture") && page.contains("absent4.jpg") && page.contains("and 2 more"));
     let quiet = run_gable(&[&arguments[..], &["--quiet"]].concat()).success();
     assert_eq!((quiet.stdout.as_str(), quiet.stderr.as_str()), ("", ""));

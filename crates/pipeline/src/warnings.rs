@@ -76,16 +76,22 @@ fn said(kind: WarningKind) -> (&'static str, &'static str) {
             "file that tells where meshes lie, but of none that is read",
             "not used: say where they lie by --origin and --crs",
         ),
-        WarningKind::BrokenVertex => (
-            "vertex that is no number",
-            "faces that use it are left out: --strict refuses such a mesh",
+        WarningKind::BrokenVertex => {
+            ("vertex that is no number", "faces that use it are left out: --strict refuses such a mesh")
+        }
+        WarningKind::BrokenFace => {
+            ("face of a vertex that is broken, or is not there", "left out: --strict refuses such a mesh")
+        }
+        WarningKind::ZeroBytes => {
+            ("file that ends in zero bytes", "read up to them: see whether it is a complete copy")
+        }
+        WarningKind::FoundElsewhere => (
+            "file that the mesh names otherwise, or not at all",
+            "taken from where one of its name lies: see whether it is the right one",
         ),
-        WarningKind::BrokenFace => (
-            "face of a vertex that is broken, or is not there",
-            "left out: --strict refuses such a mesh",
-        ),
+        WarningKind::DecimalComma => ("number with a comma in place of its point", "read as if it had a point"),
         WarningKind::BrokenFile => (
-            "damaged mesh file",
+            "mesh file that is damaged, or cannot be read",
             "read up to the fault, so that its place is not whole: copy it again, or refuse such a mesh by --strict",
         ),
     }

@@ -38,6 +38,12 @@ pub enum WarningKind {
     BrokenFace,
     /// A file of several that is damaged: it is read up to the fault.
     BrokenFile,
+    /// A text file that ends in zero bytes.
+    ZeroBytes,
+    /// A number with a comma in place of its point.
+    DecimalComma,
+    /// A library or texture that lies elsewhere than the mesh names it.
+    FoundElsewhere,
 }
 
 /// How often a warning came up, with its first places.

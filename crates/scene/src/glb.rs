@@ -173,6 +173,11 @@ fn read_at(path: &Path, reach: &Reach, offset: u64, length: u64) -> Result<Vec<u
     Ok(bytes)
 }
 
+/// A text without zero bytes at its end: some programs fill up with them where the specification has blanks.
+fn without_zeros(text: &[u8]) -> &[u8] {
+    &text[..text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1)]
+}
+
 /// The JSON, and for a GLB where its binary chunk starts and how long it is.
 fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>), SceneError> {
     let size = reach.length(path)?;
@@ -183,7 +188,8 @@ fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>)
             return Err(SceneError::WrongMagic { path: path.to_owned(), expected: "a GLB or glTF file", found });
         }
         let json = reach.read(path, budget::JSON)?;
-        return Ok((json.strip_prefix(b"\xef\xbb\xbf").map_or_else(|| json.clone(), <[u8]>::to_vec), None));
+        let text = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&json);
+        return Ok((without_zeros(text).to_vec(), None));
     }
     let number = |at: usize| {
         let bytes = start.get(at..at + 4)?;
@@ -211,6 +217,7 @@ fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>)
         return Err(SceneError::too_much(path, format!("its JSON has more than {} MiB", budget::JSON >> 20)));
     }
     let json = read_at(path, reach, 20, u64::from(length))?;
+    let json = without_zeros(&json).to_vec();
     if after + 8 > size {
         return Ok((json, None));
     }

@@ -7,6 +7,7 @@ use crate::glb::Container;
 use crate::gltf_accessor::{Indices, Numbers};
 use crate::gltf_nodes::world_centre;
 use crate::gltf_visits::visits;
+use crate::lookup::Lookup;
 use crate::material::{GREY, Material, TextureSource};
 use crate::placement::{Axis, Placement};
 use crate::sink::{Corner, Halt, Sink};
@@ -19,7 +20,7 @@ use gable_geometry::DVec3;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A material for each of the file's, in its order.
 pub(crate) fn read_materials(path: &Path, reach: &Reach, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
@@ -51,7 +52,7 @@ pub(crate) fn read_materials(path: &Path, reach: &Reach, warnings: &mut Warnings
 /// Where an image is, if it is there and of a type that is read.
 fn image_source(container: &Container, index: usize) -> Result<TextureSource, String> {
     let embedded = TextureSource::Embedded { file: container.path.clone(), image: index };
-    let start = match image_target(container, index, 16).map_err(|e| e.to_string())? {
+    let start = match image_target(container, index, texture::HEAD).map_err(|e| e.to_string())? {
         Target::File(file) => {
             texture::image_type(&file, &container.reach)?;
             return Ok(TextureSource::File(file));
@@ -71,9 +72,23 @@ fn image_target(container: &Container, index: usize, most: u64) -> Result<Target
             let view = view.ok_or_else(|| container.fault("an image's buffer view is not there"))?;
             container.read_view(&view, most).map(Target::Bytes)
         }
-        (None, Some(uri)) => container.resolve(uri),
+        (None, Some(uri)) => Ok(match container.resolve(uri)? {
+            Target::File(file) => Target::File(found(container, file)),
+            bytes => bytes,
+        }),
         (None, None) => Err(container.fault("an image has neither a URI nor a buffer view")),
     }
+}
+
+/// A file that a glTF file names, or the one that is meant if there is none of this name.
+fn found(container: &Container, file: PathBuf) -> PathBuf {
+    if container.reach.is_file(&file) {
+        return file;
+    }
+    let folder = container.path.parent().unwrap_or(Path::new(""));
+    let name = file.strip_prefix(folder).unwrap_or(&file).to_string_lossy().into_owned();
+    let found = Lookup::new(&container.reach).find(&[folder], name.as_bytes());
+    if found.is_there { found.path } else { file }
 }
 
 /// The bytes of an image inside a file.

@@ -9,7 +9,10 @@ use std::path::Path;
 /// A line longer than this is taken for a file that is not text.
 const LONGEST_LINE: usize = 64 << 20;
 
-/// Reads a text file piece by piece.
+/// Bytes by which it is judged how lines end.
+const FIRST: u64 = 1 << 16;
+
+/// Reads a text file piece by piece. Lines that end with CR alone, as old programs write them, come with LF.
 pub(crate) struct LineBlocks<'a> {
     path: &'a Path,
     file: File,
@@ -17,13 +20,44 @@ pub(crate) struct LineBlocks<'a> {
     carry: Vec<u8>,
     offset: u64,
     ended: bool,
+    /// Whether lines end with CR alone; known from the first bytes on.
+    returns: Option<bool>,
+    /// Zero bytes that were passed over after the last line: only more of them may follow.
+    zeros: u64,
 }
 
 impl<'a> LineBlocks<'a> {
     /// Opens a file to be read in pieces of about `size` bytes.
     pub(crate) fn open(path: &'a Path, reach: &Reach, size: usize) -> Result<Self, SceneError> {
         let file = reach.open(path)?;
-        Ok(Self { path, file, size, carry: Vec::new(), offset: 0, ended: false })
+        Ok(Self { path, file, size, carry: Vec::new(), offset: 0, ended: false, returns: None, zeros: 0 })
+    }
+
+    /// Zero bytes at the end of the file, which are in no piece.
+    pub(crate) fn zeros(&self) -> u64 {
+        self.zeros
+    }
+
+    /// Reads `wanted` more bytes; whether that was the end of the file.
+    fn read(&mut self, text: &mut Vec<u8>, wanted: usize) -> Result<bool, SceneError> {
+        let before = text.len();
+        let read =
+            self.file.by_ref().take(wanted as u64).read_to_end(text).map_err(|e| SceneError::read(self.path, e))?;
+        if self.returns.is_none() {
+            let first = &text[..text.len().min(FIRST as usize)];
+            self.returns = Some(memchr::memchr(b'\r', first).is_some() && memchr::memchr(b'\n', first).is_none());
+        }
+        if self.returns == Some(true) {
+            text[before..].iter_mut().filter(|b| **b == b'\r').for_each(|b| *b = b'\n');
+        }
+        let kept = text[before..].iter().rposition(|b| *b != 0).map_or(before, |last| before + last + 1);
+        if kept > before && self.zeros > 0 {
+            let what = format!("{} zero bytes end here: is it a complete copy?", self.zeros);
+            return Err(SceneError::syntax(self.path, Place::Byte(self.offset + before as u64 + self.zeros), what));
+        }
+        self.zeros += (text.len() - kept) as u64;
+        text.truncate(kept);
+        Ok(read < wanted)
     }
 
     /// The next piece: whole lines, of which the file's last may lack its line end; `None` at the end of the file.
@@ -32,8 +66,7 @@ impl<'a> LineBlocks<'a> {
         let mut wanted = self.size.saturating_sub(text.len()).max(1 << 16);
         while !self.ended {
             let before = text.len();
-            let read = self.file.by_ref().take(wanted as u64).read_to_end(&mut text);
-            self.ended = read.map_err(|e| SceneError::read(self.path, e))? < wanted;
+            self.ended = self.read(&mut text, wanted)?;
             if self.ended {
                 break;
             }

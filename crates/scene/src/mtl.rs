@@ -3,10 +3,10 @@
 use crate::budget;
 use crate::counts::{WarningKind, Warnings};
 use crate::error::SceneError;
+use crate::lookup::Lookup;
 use crate::material::{GREY, Material, TextureSource};
-use crate::number::parse_f64;
+use crate::number::{parse_comma, parse_f64};
 use crate::texture;
-use gable_files::Reach;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -27,61 +27,57 @@ const MAP_OPTIONS: [(&[u8], usize); 11] = [
     (b"-colorspace", 1),
 ];
 
-/// The materials of a library, at most `most`; textures that are not there are counted, and their materials are grey.
+/// The materials of a library, at most `most`; textures that are not there are counted, and their materials are grey. Textures are looked
+/// for beside the library, then beside `mesh`.
 pub(crate) fn parse(
     path: &Path,
     bytes: &[u8],
-    reach: &Reach,
+    mesh: &Path,
+    lookup: &mut Lookup<'_>,
     most: usize,
     warnings: &mut Warnings,
 ) -> Result<Vec<Material>, SceneError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = |path: &Path| path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut folders = vec![folder(path), folder(mesh)];
+    folders.dedup();
+    let mut textures = Textures { path, folders, looked: HashMap::new() };
     let mut materials: Vec<Material> = Vec::new();
-    let mut emissive = false;
-    // What is known of files that were looked at; looked up only, never iterated.
-    let mut looked: HashMap<PathBuf, Result<(), String>> = HashMap::new();
+    let mut rank = 0;
     for line in bytes.split(|&b| b == b'\n' || b == b'\r') {
         let line = line.trim_ascii();
         let (keyword, rest) = split_word(line);
-        if keyword == b"newmtl" {
+        let lower = keyword.to_ascii_lowercase();
+        if lower == b"newmtl" {
             if materials.len() == most {
                 let what = format!("with it there are more than {} materials", budget::MATERIALS);
                 return Err(SceneError::too_much(path, what));
             }
             let name = String::from_utf8_lossy(rest).into_owned();
             materials.push(Material { name, texture: None, colour: GREY });
-            emissive = false;
+            rank = 0;
             continue;
         }
         let Some(material) = materials.last_mut() else { continue };
-        let lower = keyword.to_ascii_lowercase();
         match lower.as_slice() {
             b"kd" => {
                 if let Some(colour) = colour(rest)
-                    && material.texture.is_none()
+                    && rank == 0
                 {
                     material.colour = colour;
                 }
             }
-            // Some programs write unlit textures as emission; the diffuse one wins whatever the order.
-            b"map_kd" | b"map_ke" if material.texture.is_none() || (emissive && lower == b"map_kd") => {
-                emissive = lower == b"map_ke";
-                let file = map_file(folder, rest, reach);
-                if looked.len() > budget::MATERIALS {
-                    return Err(SceneError::too_much(
-                        path,
-                        format!("it names more than {} textures", budget::MATERIALS),
-                    ));
+            // Some programs write unlit textures as emission, or as ambient light; the diffuse one wins whatever the order.
+            b"map_kd" | b"map_ke" | b"map_ka" => {
+                let own = match lower.as_slice() {
+                    b"map_kd" => 3,
+                    b"map_ke" => 2,
+                    _ => 1,
+                };
+                if material.texture.is_none() || own > rank {
+                    material.texture = textures.find(rest, lookup, warnings)?;
+                    material.colour = GREY;
+                    rank = own;
                 }
-                let found = looked.entry(file.clone()).or_insert_with(|| texture::image_type(&file, reach));
-                match found {
-                    Ok(()) => material.texture = Some(TextureSource::File(file)),
-                    Err(why) => {
-                        warnings.add(WarningKind::MissingTexture, || format!("{}: {why}", file.display()));
-                        material.texture = None;
-                    }
-                }
-                material.colour = GREY;
             }
             _ => {}
         }
@@ -89,8 +85,53 @@ pub(crate) fn parse(
     Ok(materials)
 }
 
-/// The file that a texture statement names: the rest of the line after its options.
-fn map_file(folder: &Path, mut rest: &[u8], reach: &Reach) -> PathBuf {
+/// What is known of the textures that a library names.
+struct Textures<'a> {
+    path: &'a Path,
+    folders: Vec<PathBuf>,
+    /// By what stands in the library; looked up only, never iterated.
+    looked: HashMap<Vec<u8>, Option<TextureSource>>,
+}
+
+impl Textures<'_> {
+    /// The texture of a statement, if it is there and an image; else it is counted.
+    fn find(
+        &mut self,
+        rest: &[u8],
+        lookup: &mut Lookup<'_>,
+        warnings: &mut Warnings,
+    ) -> Result<Option<TextureSource>, SceneError> {
+        let name = map_name(rest);
+        if let Some(known) = self.looked.get(name) {
+            if known.is_none() {
+                warnings.add(WarningKind::MissingTexture, || String::from_utf8_lossy(name).into_owned());
+            }
+            return Ok(known.clone());
+        }
+        if self.looked.len() > budget::MATERIALS {
+            return Err(SceneError::too_much(self.path, format!("it names more than {} textures", budget::MATERIALS)));
+        }
+        let folders: Vec<&Path> = self.folders.iter().map(PathBuf::as_path).collect();
+        let found = lookup.find(&folders, name);
+        if found.elsewhere {
+            let name = String::from_utf8_lossy(name).into_owned();
+            let what = || format!("{}: {name}: {}", self.path.display(), found.path.display());
+            warnings.add(WarningKind::FoundElsewhere, what);
+        }
+        let texture = match texture::image_type(&found.path, lookup.reach()) {
+            Ok(()) => Some(TextureSource::File(found.path)),
+            Err(why) => {
+                warnings.add(WarningKind::MissingTexture, || format!("{}: {why}", found.path.display()));
+                None
+            }
+        };
+        self.looked.insert(name.to_vec(), texture.clone());
+        Ok(texture)
+    }
+}
+
+/// The name in a texture statement: the rest of the line after its options.
+fn map_name(mut rest: &[u8]) -> &[u8] {
     while rest.starts_with(b"-") {
         let (option, mut after) = split_word(rest);
         let words = MAP_OPTIONS.iter().find(|(name, _)| *name == option).map(|(_, words)| *words);
@@ -110,24 +151,13 @@ fn map_file(folder: &Path, mut rest: &[u8], reach: &Reach) -> PathBuf {
         }
         rest = after;
     }
-    resolve(folder, rest, reach)
-}
-
-/// A file name in a text file, seen from the file's folder; backslashes are what Windows writes.
-pub(crate) fn resolve(folder: &Path, name: &[u8], reach: &Reach) -> PathBuf {
-    let name = String::from_utf8_lossy(name.trim_ascii());
-    let name = name.trim_matches('"');
-    let plain = folder.join(name);
-    if reach.is_file(&plain) || !name.contains('\\') {
-        return plain;
-    }
-    folder.join(name.replace('\\', "/"))
+    rest
 }
 
 /// `Kd r g b` in sRGB bytes.
 fn colour(rest: &[u8]) -> Option<[u8; 3]> {
     let mut words = rest.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
-    let mut channel = || words.next().and_then(parse_f64);
+    let mut channel = || words.next().and_then(|word| parse_f64(word).or_else(|| parse_comma(word)));
     let (r, g, b) = (channel()?, channel()?, channel()?);
     Some([r, g, b].map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8))
 }

@@ -19,6 +19,19 @@ pub(crate) fn parse_f64(text: &[u8]) -> Option<f64> {
     }
 }
 
+/// A number with a comma in place of its point, as programs write it that follow the habits of a country. Two commas part thousands, or
+/// words: they are no number.
+#[cold]
+pub(crate) fn parse_comma(text: &[u8]) -> Option<f64> {
+    let at = memchr::memchr(b',', text)?;
+    if text.len() > 64 || text.contains(&b'.') || !text[at + 1..].first().is_some_and(u8::is_ascii_digit) {
+        return None;
+    }
+    let mut point = text.to_vec();
+    point[at] = b'.';
+    parse_f64(&point)
+}
+
 /// Not a number and infinity as C libraries write them: that of Microsoft in its old and its new form, and that of GNU.
 #[cold]
 fn no_number(text: &[u8]) -> Option<f64> {
@@ -26,7 +39,8 @@ fn no_number(text: &[u8]) -> Option<f64> {
     let plain = lower.strip_prefix(b"-").or_else(|| lower.strip_prefix(b"+")).unwrap_or(&lower);
     // Zeros may follow where digits were asked for: 1.#QNAN0.
     let old = plain.strip_prefix(b"1.#").map(|rest| rest.trim_ascii_end());
-    let starts = |word: &[u8]| old.is_some_and(|old| old.starts_with(word) && old[word.len()..].iter().all(|b| *b == b'0'));
+    let starts =
+        |word: &[u8]| old.is_some_and(|old| old.starts_with(word) && old[word.len()..].iter().all(|b| *b == b'0'));
     if starts(b"inf") {
         return Some(if lower.starts_with(b"-") { f64::NEG_INFINITY } else { f64::INFINITY });
     }
@@ -156,6 +170,16 @@ mod tests {
             "１",
         ] {
             assert!(agrees(text), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn a_comma_may_stand_for_the_point() {
+        for (text, value) in [("0,5", 0.5), ("-691000,125", -691_000.125), (",5", 0.5), ("1,5e3", 1500.0)] {
+            assert_eq!(parse_comma(text.as_bytes()), Some(value), "{text}");
+        }
+        for text in ["1,234,567", "1.234,5", "1,234.5", "1,", "1,x", "1, 2", ",", "", "5"] {
+            assert_eq!(parse_comma(text.as_bytes()), None, "{text}");
         }
     }
 

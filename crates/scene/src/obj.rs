@@ -89,9 +89,10 @@ pub(crate) fn stream(
     })
 }
 
-/// An OBJ file is text: a zero byte or another encoding's mark gives other files away.
+/// An OBJ file is text: a zero byte near its start or another encoding's mark gives other files away.
 fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
-    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") || memchr::memchr(0, text).is_some() {
+    let start = &text[..text.len().min(1024)];
+    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") || memchr::memchr(0, start).is_some() {
         let found = shown(&text[..text.len().min(16)]);
         return Err(SceneError::WrongMagic {
             path: path.to_owned(),
@@ -105,15 +106,22 @@ fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
 /// A piece of a file: the file's index, whether it is its first, its text, or why the file is not read on.
 type Piece<T> = (usize, bool, Result<T, SceneError>);
 
-fn parse_batch(texts: Vec<Piece<Vec<u8>>>) -> Vec<Piece<ObjChunk>> {
+/// Whole lines, and how many zero bytes follow them at the end of the file.
+struct Lines {
+    text: Vec<u8>,
+    zeros: u64,
+}
+
+fn parse_batch(texts: Vec<Piece<Lines>>) -> Vec<Piece<ObjChunk>> {
     use rayon::prelude::*;
-    let parse = |(file, first, text): Piece<Vec<u8>>| (file, first, text.map(|text| parse_piece(first, &text)));
+    let parse = |(file, first, lines): Piece<Lines>| (file, first, lines.map(|lines| parse_piece(first, &lines)));
     texts.into_par_iter().map(parse).collect()
 }
 
-fn parse_piece(first: bool, text: &[u8]) -> ObjChunk {
+fn parse_piece(first: bool, Lines { text, zeros }: &Lines) -> ObjChunk {
     let mark = b"\xef\xbb\xbf".as_slice();
-    obj_chunk::parse(if first { text.strip_prefix(mark).unwrap_or(text) } else { text })
+    let text = if first { text.strip_prefix(mark).unwrap_or(text) } else { text };
+    ObjChunk { zeros: *zeros, ..obj_chunk::parse(text) }
 }
 
 struct Reader<'a> {
@@ -125,7 +133,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// The next pieces, at least `width` and about as many pieces' bytes, across the ends of files.
-    fn batch(&mut self, width: usize) -> Result<Vec<Piece<Vec<u8>>>, SceneError> {
+    fn batch(&mut self, width: usize) -> Result<Vec<Piece<Lines>>, SceneError> {
         let mut pieces = Vec::new();
         let mut bytes = 0;
         while bytes < width * PIECE {
@@ -143,10 +151,11 @@ impl Reader<'_> {
                 Ok(Some(text)) if first => check_text(&self.files[self.next - 1], &text).map(|()| text),
                 Ok(Some(text)) => Ok(text),
                 Ok(None) => {
+                    let zeros = blocks.zeros();
                     self.open = None;
-                    if first {
+                    if first || zeros > 0 {
                         // An empty file still has to be counted.
-                        pieces.push((self.next - 1, true, Ok(Vec::new())));
+                        pieces.push((self.next - 1, first, Ok(Lines { text: Vec::new(), zeros })));
                     }
                     continue;
                 }
@@ -157,7 +166,7 @@ impl Reader<'_> {
                 Err(fault) if fault.is_damage() => self.open = None,
                 Err(_) => return text.map(|_| pieces),
             }
-            pieces.push((self.next - 1, first, text));
+            pieces.push((self.next - 1, first, text.map(|text| Lines { text, zeros: 0 })));
         }
         Ok(pieces)
     }
@@ -263,6 +272,11 @@ impl Tables<'_> {
             self.switch(file, switch, libraries, sink)?;
         }
 
+        if chunk.commas > 0 {
+            let line = self.lines + u64::from(chunk.first_comma) + 1;
+            let place = || format!("{}: line {line}", file.display());
+            sink.counts.warnings.add_many(WarningKind::DecimalComma, u64::from(chunk.commas), place);
+        }
         if chunk.ignored > 0 {
             let line = self.lines + u64::from(chunk.first_ignored) + 1;
             let place = || format!("{}: line {line}", file.display());
@@ -277,7 +291,19 @@ impl Tables<'_> {
             .into());
         }
         self.lines += u64::from(chunk.lines);
+        if chunk.zeros > 0 {
+            let what = format!("where {} zero bytes follow", chunk.zeros);
+            sink.broken(WarningKind::ZeroBytes, SceneError::truncated(file, Place::Line(self.lines), what))?;
+        }
         Ok(())
+    }
+
+    /// Takes up the materials of a library: the first definition of a name in a file counts.
+    fn define(&mut self, numbers: std::ops::Range<u32>, sink: &Sink<'_>) {
+        for number in numbers {
+            let material = sink.materials[number as usize].name.clone().into_bytes();
+            self.materials.entry(material).or_insert(number);
+        }
     }
 
     /// Reads a library or takes up a material.
@@ -291,16 +317,22 @@ impl Tables<'_> {
         match switch {
             Switch::Library(name) if self.libraries.contains(&name) => return Ok(()),
             Switch::Library(name) => {
-                for numbers in libraries.named(file, &name, &mut self.names_left, sink)? {
-                    // The first definition of a name in a file counts.
-                    for number in numbers {
-                        let material = sink.materials[number as usize].name.clone().into_bytes();
-                        self.materials.entry(material).or_insert(number);
-                    }
+                let instead = self.materials.is_empty();
+                for numbers in libraries.named(file, &name, instead, &mut self.names_left, sink)? {
+                    self.define(numbers, sink);
                 }
                 self.libraries.insert(name);
             }
-            Switch::Material(name) => self.using = Some(name),
+            Switch::Material(name) => {
+                // The first material of a file that has named no library.
+                if self.libraries.is_empty()
+                    && self.using.is_none()
+                    && let Some(numbers) = libraries.of_same_name(file, sink)?
+                {
+                    self.define(numbers, sink);
+                }
+                self.using = Some(name);
+            }
         }
         self.material = self.using.as_ref().and_then(|name| self.materials.get(name).copied());
         Ok(())

@@ -1,7 +1,7 @@
 //! One piece of an OBJ file, parsed apart from the others: what it says, before indices are resolved.
 
 use crate::budget;
-use crate::number::parse_f64;
+use crate::number::{parse_comma, parse_f64};
 
 /// A corner of a face as written: positive from the start of the file, negative back from the face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,8 +49,13 @@ pub(crate) struct ObjChunk {
     /// Statements that are passed over, and the line of the first.
     pub(crate) ignored: u32,
     pub(crate) first_ignored: u32,
+    /// Numbers with a comma in place of their point, and the line of the first.
+    pub(crate) commas: u32,
+    pub(crate) first_comma: u32,
     /// Lines in the piece.
     pub(crate) lines: u32,
+    /// Zero bytes after the last line of the file.
+    pub(crate) zeros: u64,
     /// The first line that is wrong, if one is; what follows it was not parsed.
     pub(crate) fault: Option<(u32, String)>,
     /// Whether the faulty line is the last and lacks its line end.
@@ -114,10 +119,21 @@ impl ObjChunk {
         match line {
             [b'v', b' ' | b'\t', rest @ ..] => self.position(rest, number),
             [b'f', b' ' | b'\t', rest @ ..] => self.face(rest, number),
-            [b'v', b't', b' ' | b'\t', rest @ ..] => self.texture_coordinate(rest),
+            [b'v', b't', b' ' | b'\t', rest @ ..] => self.texture_coordinate(rest, number),
             [] | [b'#', ..] | [b'v', b'n', b' ' | b'\t', ..] => Ok(()),
             _ => self.other(line, number),
         }
+    }
+
+    /// A number with a comma in place of its point, which is counted.
+    #[cold]
+    fn comma(&mut self, word: &[u8], line: u32) -> Option<f64> {
+        let value = parse_comma(word)?;
+        if self.commas == 0 {
+            self.first_comma = line;
+        }
+        self.commas += 1;
+        Some(value)
     }
 
     /// `v x y z`, `v x y z w`, `v x y z r g b`.
@@ -129,7 +145,7 @@ impl ObjChunk {
             let Some(word) = words.next() else {
                 return Err(format!("a vertex without {axis}"));
             };
-            *value = match parse_f64(word) {
+            *value = match parse_f64(word).or_else(|| self.comma(word, line)) {
                 Some(value) => value,
                 None => {
                     let word = crate::error::shown(word);
@@ -170,15 +186,15 @@ impl ObjChunk {
 
     /// `vt u [v [w]]`.
     #[inline]
-    fn texture_coordinate(&mut self, rest: &[u8]) -> Result<(), String> {
+    fn texture_coordinate(&mut self, rest: &[u8], line: u32) -> Result<(), String> {
         let mut words = Words { rest };
-        let u = words.next().and_then(parse_f64);
+        let u = words.next().and_then(|word| parse_f64(word).or_else(|| self.comma(word, line)));
         let Some(u) = u else {
             return Err("a texture coordinate without a number".to_owned());
         };
         let v = match words.next() {
             None => 0.0,
-            Some(word) => parse_f64(word).ok_or_else(|| {
+            Some(word) => parse_f64(word).or_else(|| self.comma(word, line)).ok_or_else(|| {
                 let word = crate::error::shown(word);
                 format!("{word} stands where a texture coordinate has its v")
             })?,
@@ -195,8 +211,12 @@ impl ObjChunk {
         let words = Words { rest };
         for word in words {
             let Some(corner) = corner(word) else {
+                let comma = word.contains(&b',');
                 let word = crate::error::shown(word);
-                return Err(format!("{word} is no corner of a face: write v, v/vt or v/vt/vn"));
+                return Err(match comma {
+                    true => format!("a comma stands in {word}: write the corners of a face apart by blanks"),
+                    false => format!("{word} is no corner of a face: write v, v/vt or v/vt/vn"),
+                });
             };
             self.corners.push(corner);
             if self.corners.len() - before > budget::CORNERS {
@@ -241,7 +261,7 @@ impl ObjChunk {
             return self.statement(trimmed, number);
         }
         let (keyword, rest) = crate::mtl::split_word(trimmed);
-        match keyword {
+        match keyword.to_ascii_lowercase().as_slice() {
             b"usemtl" => self.switches.push((self.faces.len() as u32, Switch::Material(rest.to_vec()))),
             b"mtllib" => self.switches.push((self.faces.len() as u32, Switch::Library(rest.to_vec()))),
             b"" | b"o" | b"g" | b"s" | b"vn" | b"vp" => {}

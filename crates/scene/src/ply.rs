@@ -3,22 +3,20 @@
 use crate::budget;
 use crate::counts::{WarningKind, Warnings};
 use crate::error::{Place, SceneError};
+use crate::lookup::{Found, Lookup};
 use crate::material::{GREY, Material, TextureSource};
-use crate::mtl;
 use crate::paged::Paged;
 use crate::placement::Placement;
-use crate::ply_header::{self, Element, Encoding, Header, Property, Scalar};
+use crate::ply_header::{self, Element, Encoding, Header, Property};
 use crate::sink::{Corner, Halt, Sink};
 use crate::texture;
 use crate::tokens::Tokens;
 use crate::triangle::Triangle;
+use crate::values::{Reader, Values, skip, skip_one};
 use gable_files::Reach;
 use gable_geometry::DVec3;
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::BufReader;
 use std::path::Path;
-
-type Reader = BufReader<File>;
 
 fn open(path: &Path, reach: &Reach) -> Result<(Header, Reader), SceneError> {
     let file = reach.open(path)?;
@@ -31,8 +29,12 @@ fn open(path: &Path, reach: &Reach) -> Result<(Header, Reader), SceneError> {
 pub(crate) fn read_materials(path: &Path, reach: &Reach, warnings: &mut Warnings) -> Result<Vec<Material>, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (header, _) = open(path, reach)?;
+    let mut lookup = Lookup::new(reach);
     let material = |name: String| {
-        let file = mtl::resolve(folder, name.as_bytes(), reach);
+        let Found { path: file, elsewhere, .. } = lookup.find(&[folder], name.as_bytes());
+        if elsewhere {
+            warnings.add(WarningKind::FoundElsewhere, || format!("{}: {name}: {}", path.display(), file.display()));
+        }
         let texture = match texture::image_type(&file, reach) {
             Ok(()) => Some(TextureSource::File(file)),
             Err(why) => {
@@ -54,6 +56,7 @@ pub(crate) fn stream(
     sink: &mut Sink<'_>,
 ) -> Result<(), Halt> {
     let (header, reader) = open(path, reach)?;
+    check_is_mesh(path, &header)?;
     let mut values = match header.encoding {
         Encoding::Ascii => Values::Text(Tokens::new(path, reader, None, header.lines + 1)),
         encoding => Values::Binary { path, reader, offset: header.length, big: encoding == Encoding::Big },
@@ -82,6 +85,11 @@ pub(crate) fn stream(
             }
         }
     }
+    if let Values::Text(tokens) = &values
+        && tokens.commas > 0
+    {
+        sink.commas(tokens.commas, path);
+    }
     if !faces && header.elements.iter().any(|e| e.name == "tristrips") {
         let what = "it holds triangle strips, which are not read: write it with faces";
         return Err(SceneError::Unsupported { path: path.to_owned(), what: what.to_owned() }.into());
@@ -89,80 +97,15 @@ pub(crate) fn stream(
     Ok(())
 }
 
-/// Numbers one after the other, as text or binary.
-enum Values<'a> {
-    Text(Tokens<'a, Reader>),
-    Binary { path: &'a Path, reader: Reader, offset: u64, big: bool },
-}
-
-impl Values<'_> {
-    fn place(&self) -> Place {
-        match self {
-            Self::Text(tokens) => tokens.place(),
-            Self::Binary { offset, .. } => Place::Byte(*offset),
-        }
+/// The error for a file of points without faces.
+fn check_is_mesh(path: &Path, header: &Header) -> Result<(), SceneError> {
+    let count = |name: &str| header.elements.iter().filter(|e| e.name == name).map(|e| e.count).sum::<u64>();
+    let points = count("vertex");
+    if points == 0 || count("face") > 0 || count("tristrips") > 0 {
+        return Ok(());
     }
-
-    fn next(&mut self, kind: Scalar, what: &str) -> Result<f64, SceneError> {
-        let (path, reader, offset, big) = match self {
-            Self::Text(tokens) => return tokens.number(what),
-            Self::Binary { path, reader, offset, big } => (path, reader, offset, *big),
-        };
-        let mut bytes = [0; 8];
-        let size = kind.size();
-        if let Err(error) = reader.read_exact(&mut bytes[..size]) {
-            return Err(match error.kind() {
-                std::io::ErrorKind::UnexpectedEof => {
-                    SceneError::truncated(path, Place::Byte(*offset), format!("where {what} is expected"))
-                }
-                _ => SceneError::read(path, error),
-            });
-        }
-        *offset += size as u64;
-        if big {
-            bytes[..size].reverse();
-        }
-        let bits = u64::from_le_bytes(bytes);
-        Ok(match kind {
-            Scalar::I8 => f64::from(bits as i8),
-            Scalar::U8 => f64::from(bits as u8),
-            Scalar::I16 => f64::from(bits as i16),
-            Scalar::U16 => f64::from(bits as u16),
-            Scalar::I32 => f64::from(bits as i32),
-            Scalar::U32 => f64::from(bits as u32),
-            Scalar::F32 => f64::from(f32::from_bits(bits as u32)),
-            Scalar::F64 => f64::from_bits(bits),
-        })
-    }
-
-    /// The number of items in a list.
-    fn length(&mut self, path: &Path, kind: Scalar) -> Result<usize, SceneError> {
-        let place = self.place();
-        let length = self.next(kind, "the length of a list")?;
-        if (0.0..=budget::CORNERS as f64).contains(&length) && length.fract() == 0.0 {
-            Ok(length as usize)
-        } else {
-            Err(SceneError::syntax(path, place, format!("a list cannot have {length} items")))
-        }
-    }
-}
-
-fn skip(values: &mut Values<'_>, properties: &[Property]) -> Result<(), SceneError> {
-    for property in properties {
-        skip_one(values, property)?;
-    }
-    Ok(())
-}
-
-fn skip_one(values: &mut Values<'_>, property: &Property) -> Result<(), SceneError> {
-    let items = match property.list {
-        Some(kind) => values.next(kind, "the length of a list")?.clamp(0.0, 1e18) as u64,
-        None => 1,
-    };
-    for _ in 0..items {
-        values.next(property.item, "a value")?;
-    }
-    Ok(())
+    let what = format!("it is a point cloud: it has {points} points and no faces: give the mesh that was made of it");
+    Err(SceneError::Unsupported { path: path.to_owned(), what })
 }
 
 #[derive(Clone, Copy)]

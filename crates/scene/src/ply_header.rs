@@ -95,9 +95,12 @@ pub(crate) fn read(path: &Path, reader: &mut impl BufRead) -> Result<Header, Sce
     let mut header =
         Header { encoding: Encoding::Ascii, elements: Vec::new(), textures: Vec::new(), length: 0, lines: 0 };
     let mut format = false;
+    let first = reader.fill_buf().map_err(|e| SceneError::read(path, e))?;
+    // Old programs end lines with CR alone. What follows a header is binary, so that the first line tells of all.
+    let line_end = if first.starts_with(b"ply\r") && first.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
     loop {
         let mut bytes = Vec::new();
-        let read = reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes);
+        let read = reader.by_ref().take(LONGEST_LINE).read_until(line_end, &mut bytes);
         header.length += read.map_err(|e| SceneError::read(path, e))? as u64;
         header.lines += 1;
         let place = Place::Line(header.lines);
@@ -105,7 +108,7 @@ pub(crate) fn read(path: &Path, reader: &mut impl BufRead) -> Result<Header, Sce
             let found = shown(&bytes[..bytes.len().min(16)]);
             return Err(SceneError::WrongMagic { path: path.to_owned(), expected: "a PLY file (ply)", found });
         }
-        if !bytes.ends_with(b"\n") || header.lines > MOST_LINES {
+        if bytes.last() != Some(&line_end) || header.lines > MOST_LINES {
             if bytes.len() as u64 == LONGEST_LINE || header.lines > MOST_LINES {
                 return Err(SceneError::syntax(path, place, "this is no PLY header"));
             }
@@ -124,8 +127,8 @@ pub(crate) fn read(path: &Path, reader: &mut impl BufRead) -> Result<Header, Sce
                     _ => return Err(SceneError::syntax(path, place, format!("format {name:?} is not known"))),
                 };
             }
-            ["comment", "TextureFile", ..] => {
-                let name = line.split_once("TextureFile").map_or("", |(_, name)| name.trim());
+            ["comment", keyword, ..] if keyword.eq_ignore_ascii_case("TextureFile") => {
+                let name = line.split_once(keyword).map_or("", |(_, name)| name.trim());
                 header.textures.push(name.to_owned());
             }
             ["comment" | "obj_info", ..] => {}

@@ -248,9 +248,7 @@ impl Scene {
                     let read = match format {
                         Format::Ply => crate::ply::stream(file, reach, *first, *placement, &mut sink),
                         Format::Off => crate::off::stream(file, reach, *placement, &mut sink),
-                        Format::Obj | Format::Gltf => {
-                            crate::gltf::stream(file, reach, *first, *placement, &mut sink)
-                        }
+                        Format::Obj | Format::Gltf => crate::gltf::stream(file, reach, *first, *placement, &mut sink),
                     };
                     if sink.end(read)? && sink.triangles() == before {
                         sink.counts.warnings.add(WarningKind::EmptyFile, || file.display().to_string());

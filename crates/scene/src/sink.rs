@@ -232,6 +232,11 @@ impl<'a> Sink<'a> {
         if self.chunk.len() == CHUNK { self.hand_on() } else { Ok(()) }
     }
 
+    /// Counts numbers of a file with a comma in place of their point.
+    pub(crate) fn commas(&mut self, count: u64, path: &Path) {
+        self.counts.warnings.add_many(WarningKind::DecimalComma, count, || path.display().to_string());
+    }
+
     /// Counts a warning at a place.
     #[cold]
     pub(crate) fn warn(&mut self, kind: WarningKind, path: &Path, place: Place) {

@@ -1,7 +1,7 @@
 //! A text file word by word, for formats whose lines need not be kept together.
 
 use crate::error::{Place, SceneError, shown};
-use crate::number::parse_f64;
+use crate::number::{parse_comma, parse_f64};
 use std::io::BufRead;
 use std::path::Path;
 
@@ -16,13 +16,19 @@ pub(crate) struct Tokens<'a, R> {
     comment: Option<u8>,
     /// Line of the next byte, from 1.
     line: u64,
+    /// Whether the last line ended with CR, after which LF is no further line.
+    after_return: bool,
     word: Vec<u8>,
+    /// Whether the word is to be given again.
+    again: bool,
+    /// Numbers with a comma in place of their point.
+    pub(crate) commas: u64,
 }
 
 impl<'a, R: BufRead> Tokens<'a, R> {
     /// Starts at a line, counted from 1.
     pub(crate) fn new(path: &'a Path, reader: R, comment: Option<u8>, line: u64) -> Self {
-        Self { path, reader, comment, line, word: Vec::new() }
+        Self { path, reader, comment, line, after_return: false, word: Vec::new(), again: false, commas: 0 }
     }
 
     /// The line of the last word, or of the next if that is on another.
@@ -30,8 +36,16 @@ impl<'a, R: BufRead> Tokens<'a, R> {
         Place::Line(self.line)
     }
 
-    /// The next word; `None` at the end of the file, or, with `same_line`, of the line.
+    /// Gives the last word once more.
+    pub(crate) fn again(&mut self) {
+        self.again = true;
+    }
+
+    /// The next word; `None` at the end of the file, which zero bytes are, too, or, with `same_line`, of the line.
     pub(crate) fn next(&mut self, same_line: bool) -> Result<Option<&[u8]>, SceneError> {
+        if std::mem::take(&mut self.again) {
+            return Ok(Some(self.word.as_slice()));
+        }
         self.word.clear();
         let mut comment = false;
         loop {
@@ -42,13 +56,21 @@ impl<'a, R: BufRead> Tokens<'a, R> {
             let mut used = 0;
             let mut done = false;
             for &byte in buffer {
-                if byte == b'\n' {
+                let rest_of_line_end = self.after_return && byte == b'\n';
+                self.after_return &= rest_of_line_end;
+                if rest_of_line_end {
+                    self.after_return = false;
+                } else if matches!(byte, b'\n' | b'\r') {
                     if !self.word.is_empty() || same_line {
                         done = true;
                         break;
                     }
                     self.line += 1;
+                    self.after_return = byte == b'\r';
                     comment = false;
+                } else if byte == 0 {
+                    done = true;
+                    break;
                 } else if comment {
                 } else if byte.is_ascii_whitespace() {
                     if !self.word.is_empty() {
@@ -86,7 +108,14 @@ impl<'a, R: BufRead> Tokens<'a, R> {
 
     /// The next word as a number; an error that says `what` was expected otherwise.
     pub(crate) fn number(&mut self, what: &str) -> Result<f64, SceneError> {
-        let parsed = self.next(false)?.map(|word| parse_f64(word).ok_or_else(|| shown(word)));
+        let mut comma = false;
+        let mut with_comma = |word: &[u8]| {
+            comma = true;
+            parse_comma(word)
+        };
+        let parsed =
+            self.next(false)?.map(|word| parse_f64(word).or_else(|| with_comma(word)).ok_or_else(|| shown(word)));
+        self.commas += u64::from(comma);
         match parsed {
             Some(Ok(value)) => Ok(value),
             Some(Err(word)) => {
@@ -98,7 +127,7 @@ impl<'a, R: BufRead> Tokens<'a, R> {
 
     /// The next number on this line, if the line has one more word and it is a number.
     pub(crate) fn number_on_line(&mut self) -> Result<Option<f64>, SceneError> {
-        Ok(self.next(true)?.and_then(parse_f64))
+        Ok(self.next(true)?.and_then(|word| parse_f64(word).or_else(|| parse_comma(word))))
     }
 }
 

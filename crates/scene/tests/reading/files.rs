@@ -131,7 +131,7 @@ fn a_file_that_is_no_image_is_not_handed_on_as_one() {
     place.write("a.png", "id_rsa");
     let source = materials[0].texture.as_ref().expect("a texture");
     let error = texture_bytes(source, scene.reach()).expect_err("no image").to_string();
-    assert!(error.contains("neither a JPEG nor a PNG"), "{error}");
+    assert!(error.contains("it is no JPEG, PNG"), "{error}");
 }
 
 #[test]

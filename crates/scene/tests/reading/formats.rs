@@ -136,9 +136,9 @@ fn y_up_is_accepted_when_it_is_said() {
 #[test]
 fn what_can_go_on_goes_on_and_is_counted() {
     let folder = Folder::new();
-    folder.write("m.mtl", "newmtl t\nmap_Kd no.jpg\nnewmtl u\nmap_Kd a.png\nnewmtl w\nmap_Kd w.tif\n");
+    folder.write("m.mtl", "newmtl t\nmap_Kd no.jpg\nnewmtl u\nmap_Kd a.png\nnewmtl w\nmap_Kd w.ktx2\n");
     folder.write("a.png", png());
-    folder.write("w.tif", "II*\0");
+    folder.write("w.ktx2", "\u{ab}KTX 20");
     let text = "mtllib m.mtl\nmtllib absent.mtl\nv 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nusemtl t\nf 1 2 3\nusemtl nobody\n\
                 f 1 3 4\nusemtl u\nf 1 2 4\nf 1 2 2\nf 1 2\nl 1 2\ncurv 1 2\nf 2 3 4\n";
     let path = folder.write("m.obj", text);

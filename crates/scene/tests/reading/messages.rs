@@ -41,8 +41,8 @@ fn wrong_magic() {
     assert!(said("a.obj", b"\xff\xfev\0 \0").starts_with("a.obj: is not an OBJ text file (ASCII, UTF-8): "));
     assert_eq!(said("a.ply", "solid x\n"), "a.ply: is not a PLY file (ply): it starts with \"solid x\\n\"");
     assert_eq!(
-        said("a.off", "3 4 5\n"),
-        "a.off: is not an OFF file (OFF, COFF, NOFF, STOFF in text): it starts with \"3\""
+        said("a.off", "three 4 5\n"),
+        "a.off: is not an OFF file (OFF, COFF, NOFF, STOFF): it starts with \"three\""
     );
     assert_eq!(said("a.glb", "b3dm...."), "a.glb: is not a GLB or glTF file: it starts with \"b3dm....\"");
     assert_eq!(
@@ -106,19 +106,19 @@ fn truncated_files() {
 #[test]
 fn indices_out_of_range() {
     let vertices = "v 0 0 0\nv 9 0 0\nv 9 9 0\nvt 0 0\n";
-    let face = |face: &str| said("a.obj", format!("{vertices}{face}\n"));
+    let face = |face: &str| strictly("a.obj", format!("{vertices}{face}\n"));
     assert_eq!(face("f 1 2 4"), "a.obj: line 5: a face names vertex 4, but there are 3");
     assert_eq!(face("f 1 2 0"), "a.obj: line 5: a face names vertex 0, but there are 3");
     assert_eq!(face("f 1 2 -4"), "a.obj: line 5: a face names vertex -4, but there are 3");
     assert_eq!(face("f 1/1 2/1 3/2"), "a.obj: line 5: a face names texture coordinate 2, but there are 1");
     assert_eq!(face("f 1/1 2/1 3/0"), "a.obj: line 5: a face names texture coordinate 0, but there are 1");
     let head = "OFF\n3 1 0\n0 0 0\n9 0 0\n9 9 0\n";
-    assert_eq!(said("a.off", format!("{head}3 0 1 3\n")), "a.off: line 6: a face names vertex 3, but there are 3");
+    assert_eq!(strictly("a.off", format!("{head}3 0 1 3\n")), "a.off: line 6: a face names vertex 3, but there are 3");
     let town = town();
     let text = String::from_utf8(town.ply("ascii")).expect("text");
     let lines = text.lines().count();
     let wrong = text.trim_end().rsplit_once(' ').expect("has blanks").0.to_owned() + " -1\n";
-    assert_eq!(said("a.ply", wrong), format!("a.ply: line {lines}: a face names vertex -1, but there are 12"));
+    assert_eq!(strictly("a.ply", wrong), format!("a.ply: line {lines}: a face names vertex -1, but there are 12"));
     let (json, mut buffer) = town.gltf("town.bin", &[]);
     let folder = Folder::new();
     let path = folder.write(
@@ -130,7 +130,7 @@ fn indices_out_of_range() {
     );
     buffer[12 * 20] = 99;
     folder.write("town.bin", &buffer);
-    let text = folder.said(&path, &OpenOptions::default());
+    let text = folder.said(&path, &OpenOptions { strict: true, ..OpenOptions::default() });
     assert_eq!(text, "town.gltf: byte 240: a face names vertex 99, but there are 12");
 }
 
@@ -144,13 +144,12 @@ fn coordinates_that_are_no_numbers() {
         strictly("a.obj", "v 0 0 1e999\n"),
         "a.obj: line 1: a coordinate is \"1e999\": coordinates must be finite numbers"
     );
-    assert_eq!(strictly("a.obj", "v 0 0,5 0\n"), "a.obj: line 1: \"0,5\" stands where a vertex has its y");
     assert_eq!(
         strictly("a.off", "OFF\n3 1 0\n0 0 0\n9 inf 0\n"),
         "a.off: line 4: a coordinate is inf: coordinates must be finite numbers"
     );
     let head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
-                element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+                element face 1\nproperty list uchar int vertex_indices\nend_header\n";
     assert_eq!(
         strictly("a.ply", format!("{head}0 nan 0\n")),
         "a.ply: line 10: a coordinate is NaN: coordinates must be finite numbers"
@@ -290,7 +289,7 @@ fn textures() {
     folder.write("a.bmp", "BM");
     assert_eq!(
         load("a.bmp"),
-        "a.bmp: the texture cannot be used: it is neither a JPEG nor a PNG image: it starts with \"BM\""
+        "a.bmp: the texture cannot be used: it is no JPEG, PNG, TIFF, BMP, TGA, WebP or JPEG 2000 image: it starts with \"BM\""
     );
     assert_eq!(load_texture(&Material::default(), &Reach::everything()).expect("nothing to do"), None);
 }

@@ -2,6 +2,8 @@
 
 use crate::exit::UsageError;
 use anyhow::Context as _;
+use gable_files::Reach;
+use gable_scene::Lookup;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read as _};
@@ -16,9 +18,13 @@ const LONGEST: usize = 4096;
 /// The OBJ file and what goes with it, as paths from its folder.
 pub(super) fn of_obj(obj: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let folder = obj.parent().unwrap_or(Path::new("/"));
+    let reach = Reach::within([folder])?;
+    let mut lookup = Lookup::new(&reach);
     let mut files = BTreeSet::from([PathBuf::from(obj.file_name().unwrap_or_default())]);
-    for library in libraries(obj)? {
-        let Some(path) = inside(folder, &library)? else { continue };
+    // A file that names no library may have one of its own name.
+    let own = obj.with_extension("mtl").file_name().unwrap_or_default().to_string_lossy().into_owned();
+    for library in libraries(obj)?.into_iter().chain([own]) {
+        let Some(path) = located(&mut lookup, folder, folder, &library)? else { continue };
         if !files.insert(path.clone()) {
             continue;
         }
@@ -26,12 +32,13 @@ pub(super) fn of_obj(obj: &Path) -> anyhow::Result<Vec<PathBuf>> {
         let file = File::open(folder.join(&path)).with_context(|| format!("library {}", path.display()))?;
         file.take(LARGEST).read_to_end(&mut text).with_context(|| format!("library {}", path.display()))?;
         // Names of textures are from the folder of their library.
-        let from = path.parent().unwrap_or(Path::new("")).to_owned();
+        let from = folder.join(path.parent().unwrap_or(Path::new("")));
         for line in String::from_utf8_lossy(&text).lines() {
-            if let Some(texture) = texture(&folder.join(&from), line)
-                && let Some(found) = inside(folder, &from.join(texture).to_string_lossy())?
-            {
-                files.insert(found);
+            for name in textures(line) {
+                if let Some(found) = located(&mut lookup, folder, &from, &name)? {
+                    files.insert(found);
+                    break;
+                }
             }
         }
     }
@@ -78,32 +85,43 @@ fn libraries(obj: &Path) -> anyhow::Result<BTreeSet<String>> {
     }
 }
 
-/// The texture that a line of a library names: all behind the key, or its last word behind options.
-fn texture(folder: &Path, line: &str) -> Option<String> {
-    let (key, rest) = line.trim().split_once(char::is_whitespace)?;
+/// What a line of a library may name as a texture: all behind the key, or its last word behind options.
+fn textures(line: &str) -> Vec<String> {
+    let Some((key, rest)) = line.trim().split_once(char::is_whitespace) else { return Vec::new() };
     let lower = key.to_ascii_lowercase();
     if !(lower.starts_with("map_") || matches!(lower.as_str(), "bump" | "disp" | "decal" | "refl" | "norm")) {
-        return None;
+        return Vec::new();
     }
-    let (all, last) = (rest.trim(), rest.split_whitespace().next_back()?);
-    [all, last].into_iter().map(|name| name.replace('\\', "/")).find(|name| folder.join(name).is_file())
+    let last = rest.split_whitespace().next_back().unwrap_or_default();
+    vec![rest.trim().to_owned(), last.to_owned()]
 }
 
-/// A path from the folder to a file in it; none if it is not there. What is named outside of the folder would have another place on the
-/// service, so it is an error.
-fn inside(folder: &Path, name: &str) -> anyhow::Result<Option<PathBuf>> {
-    let path = PathBuf::from(name.replace('\\', "/"));
-    if !folder.join(&path).is_file() {
+/// The path from the folder to a file in it that another file in `from` names, found as the readers find it; none if it is not there.
+/// What is named outside of the folder would have another place on the service, so it is an error, unless one of its name is inside.
+fn located(lookup: &mut Lookup<'_>, folder: &Path, from: &Path, name: &str) -> anyhow::Result<Option<PathBuf>> {
+    let mut folders = vec![from, folder];
+    folders.dedup();
+    let found = lookup.find(&folders, name.as_bytes());
+    if found.is_there {
+        // As it is named, without going up: a link keeps its name.
+        if let Ok(path) = found.path.strip_prefix(folder)
+            && path.components().all(|part| matches!(part, Component::Normal(_)))
+        {
+            return Ok(Some(path.to_owned()));
+        }
+        let path = found.path.canonicalize().with_context(|| format!("file {}", found.path.display()))?;
+        let folder = folder.canonicalize().with_context(|| format!("folder {}", folder.display()))?;
+        return Ok(path.strip_prefix(folder).ok().map(Path::to_owned));
+    }
+    let outside = from.join(name.replace('\\', "/"));
+    if name.is_empty() || !outside.is_file() {
         return Ok(None);
     }
-    if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-        let text = format!(
-            "{name} lies outside of {}, so it cannot be sent with the mesh: put both into one folder, and send that",
-            folder.display()
-        );
-        return Err(UsageError(text).into());
-    }
-    Ok(Some(path.components().filter(|part| matches!(part, Component::Normal(_))).collect()))
+    let text = format!(
+        "{name} lies outside of {}, so it cannot be sent with the mesh: put both into one folder, and send that",
+        folder.display()
+    );
+    Err(UsageError(text).into())
 }
 
 #[cfg(test)]
@@ -132,7 +150,7 @@ mod tests {
         let names = |obj: &str| -> Vec<String> {
             of_obj(&folder.join(obj)).unwrap().iter().map(|p| p.to_string_lossy().into_owned()).collect()
         };
-        assert_eq!(names("a.obj"), ["a.mtl", "a.obj", "wall.png"], "a name with spaces behind options cannot be told");
+        assert_eq!(names("a.obj"), ["a.mtl", "a.obj", "maps/roof one.jpg", "wall.png"]);
         std::fs::write(folder.join("a.mtl"), "map_Kd maps/roof one.jpg\n").unwrap();
         assert_eq!(names("a.obj"), ["a.mtl", "a.obj", "maps/roof one.jpg"]);
         for name in ["Metadata.xml", "a.prj", "a_offset.xyz", "notes.txt"] {
@@ -143,6 +161,9 @@ mod tests {
         for name in ["Metadata.xml", "a.prj", "a_offset.xyz"] {
             std::fs::remove_file(folder.join(name)).unwrap();
         }
+        std::fs::write(folder.join("C.OBJ"), "f 1 1 1\n").unwrap();
+        std::fs::write(folder.join("c.mtl"), "map_Kd C:\\work\\WALL.PNG\n").unwrap();
+        assert_eq!(names("C.OBJ"), ["C.OBJ", "c.mtl", "wall.png"], "a library of its own name, a texture elsewhere");
         let outside = of_obj(&folder.join("b.obj")).unwrap_err().to_string();
         assert!(outside.contains("../b.mtl") && outside.contains("one folder"), "{outside}");
     }
