@@ -4,7 +4,7 @@ use super::jobs::checked_city;
 use crate::extract::Query;
 use crate::pages::{removed, time};
 use crate::problem::Refused;
-use crate::unpack::{UnpackError, unpack};
+use crate::unpack::{ARCHIVES, UnpackError, unpack};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::body::Body;
@@ -31,12 +31,15 @@ const PAGE: i64 = 1000;
 /// What a mesh that is one file may be named like.
 const MESHES: [&str; 4] = ["ply", "off", "glb", "obj"];
 
+/// What a name may have besides letters and digits: none of it means anything in a path.
+const NAMES: &str = "._- ()[]{},;'+&!#@=~^%$";
+
 /// How an upload is to be taken.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(crate) struct UploadQuery {
-    /// Name of the file: a .zip of a folder of tiles, or a mesh in one file (.ply, .off, .glb, .obj).
+    /// Name of the file: a .zip, .7z, .tar, .tar.gz or .tar.zst of a folder of tiles, or a mesh in one file (.ply, .off, .glb, .obj).
     #[param(min_length = 5, max_length = 200)]
     name: String,
     /// The city whose editors may use it as a source; if not given, only who sends it may.
@@ -167,12 +170,20 @@ pub(super) fn quota(service: &Coordinator) -> UploadQuota {
 /// The end of a name that a mesh may have.
 pub(super) fn checked_name(name: &str) -> Result<String, Problem> {
     let end = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).unwrap_or_default();
-    let plain = |c: char| c.is_alphanumeric() || "._- ".contains(c);
+    let plain = |c: char| c.is_alphanumeric() || NAMES.contains(c);
     if name.len() > 200 || name.starts_with('.') || !name.chars().all(plain) {
-        return Err(Problem::invalid("name has to be that of a file: letters, digits, spaces, . _ -"));
+        return Err(Problem::invalid(format!(
+            "name has to be that of a file: letters, digits, spaces, and any of {NAMES}"
+        )));
     }
-    if end != "zip" && !MESHES.contains(&&*end) {
-        return Err(Problem::invalid(format!("name {name:?} has to end with .zip, .ply, .off, .glb or .obj")));
+    let lower = name.to_lowercase();
+    if let Some(end) = ARCHIVES.iter().find(|end| lower.ends_with(&format!(".{end}"))) {
+        return Ok((*end).to_owned());
+    }
+    if !MESHES.contains(&&*end) {
+        return Err(Problem::invalid(format!(
+            "name {name:?} has to end with .zip, .7z, .tar, .tar.gz, .tgz, .tar.zst, .tzst, .ply, .off, .glb or .obj"
+        )));
     }
     Ok(end)
 }
@@ -186,7 +197,7 @@ pub(super) async fn take_in(
     file: &FilePath,
 ) -> Result<(Upload, Vec<Artifact>), Problem> {
     let files = folder.join("files");
-    let paths = if checked_name(name)? == "zip" {
+    let paths = if ARCHIVES.contains(&&*checked_name(name)?) {
         let (limits, to) = (service.limits, files.clone());
         let archive = std::fs::File::open(file).map_err(|e| no_room(&e))?;
         let unpacked = tokio::task::spawn_blocking(move || unpack(archive, &to, &limits)).await;

@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Meshes that are sent as they are.
-const WHOLE: [&str; 4] = ["zip", "ply", "off", "glb"];
+const WHOLE: [&str; 8] = ["zip", "7z", "tar", "tgz", "tzst", "ply", "off", "glb"];
 
 /// A mesh on this machine.
 #[derive(Debug)]
@@ -41,12 +41,13 @@ impl Mesh {
             return Ok(Self::Files { name: format!("{}.zip", plain(&name)), folder: path, files });
         }
         let end = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        if WHOLE.contains(&&*end) {
+        let packed = ["tar.gz", "tar.zst"].iter().any(|end| name.to_lowercase().ends_with(&format!(".{end}")));
+        if packed || WHOLE.contains(&&*end) {
             return Ok(Self::File(path));
         }
         if end != "obj" {
             let text = format!(
-                "{} is no mesh that can be sent: give a folder, or a file that ends with .zip, .ply, .off, .glb or .obj",
+                "{} is no mesh that can be sent: give a folder, or a file that ends with .zip, .7z, .tar, .tar.gz, .tar.zst, .ply, .off, .glb or .obj",
                 path.display()
             );
             return Err(UsageError(text).into());
@@ -79,9 +80,9 @@ impl Mesh {
     }
 }
 
-/// A name as the service takes it: letters, digits, spaces, `.`, `_` and `-`.
+/// A name as the service takes it: letters, digits, spaces, and signs that mean nothing in a path.
 fn plain(name: &str) -> String {
-    let fits = |c: char| if c.is_alphanumeric() || "._- ".contains(c) { c } else { '_' };
+    let fits = |c: char| if c.is_alphanumeric() || "._- ()[]{},;'+&!#@=~^%$".contains(c) { c } else { '_' };
     let name: String = name.chars().map(fits).collect();
     let name = name.trim_start_matches('.');
     // The end of the name says what it is.
@@ -125,7 +126,8 @@ mod tests {
 
     #[test]
     fn names_are_those_that_a_service_takes() {
-        assert_eq!(plain("delft (2026).zip"), "delft _2026_.zip");
+        assert_eq!(plain("delft (2026), a+b & c's [x].zip"), "delft (2026), a+b & c's [x].zip");
+        assert_eq!(plain("a/b:c\"d.zip"), "a_b_c_d.zip");
         assert_eq!(plain(".hidden"), "hidden");
         assert_eq!(plain("…"), "_");
         assert_eq!(plain(""), "mesh");
