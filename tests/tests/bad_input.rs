@@ -102,7 +102,7 @@ fn unknown_type() {
     let case = Case::new();
     let path = case.file("city.dwg", "AC1032");
     let said = "{}/city.dwg: file type \".dwg\" is not read: give an .obj, .ply, .off, .glb or .gltf file, \
-                or a folder of them";
+                a tileset.json, or a folder of them";
     case.refused(&path, &[], said);
 }
 
@@ -111,7 +111,11 @@ fn empty_folder() {
     let case = Case::new();
     std::fs::create_dir(case.folder.path().join("tiles")).unwrap();
     let path = case.folder.path().join("tiles");
-    case.refused(&path, &[], "{}/tiles: no .obj, .ply, .off, .glb or .gltf file in this folder or the folders in it");
+    case.refused(
+        &path,
+        &[],
+        "{}/tiles: no .obj, .ply, .off, .glb or .gltf file and no tileset.json in this folder or the folders in it",
+    );
 }
 
 #[test]

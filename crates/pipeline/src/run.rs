@@ -176,7 +176,14 @@ pub(crate) fn open(input: &Path, params: &Params, reach: &Reach) -> Result<Scene
         Up::MinusY => gable_scene::Up::MinusY,
     };
     let origin = params.origin()?.map(DVec3::from_array);
-    let options = OpenOptions { up, crs: params.crs()?, origin, strict: params.input.strict, reach: reach.clone() };
+    let options = OpenOptions {
+        up,
+        crs: params.crs()?,
+        origin,
+        error: params.input.error,
+        strict: params.input.strict,
+        reach: reach.clone(),
+    };
     Scene::open(input, &options).map_err(|e| PipelineError::Input(e.to_string()))
 }
 

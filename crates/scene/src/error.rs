@@ -42,8 +42,8 @@ pub enum SceneError {
     },
     /// A file whose ending names no format that is read.
     #[error(
-        "{}: file type {extension:?} is not read: give an .obj, .ply, .off, .glb or .gltf file, or a folder of them",
-        path.display()
+        "{}: file type {extension:?} is not read: give an .obj, .ply, .off, .glb or .gltf file, a tileset.json, or a folder of them{}",
+        path.display(), converter(extension)
     )]
     UnsupportedType {
         /// The file.
@@ -52,10 +52,15 @@ pub enum SceneError {
         extension: String,
     },
     /// A folder without any mesh.
-    #[error("{}: no .obj, .ply, .off, .glb or .gltf file in this folder or the folders in it", path.display())]
+    #[error(
+        "{}: no .obj, .ply, .off, .glb or .gltf file and no tileset.json in this folder or the folders in it{}",
+        path.display(), converter(found)
+    )]
     EmptyFolder {
         /// The folder.
         path: PathBuf,
+        /// The ending of a mesh in it that is not read; empty if there is none.
+        found: String,
     },
     /// The first bytes are not those of the format.
     #[error("{}: is not {expected}: it starts with {found}", path.display())]
@@ -275,6 +280,25 @@ impl From<FileError> for SceneError {
             Refusal::Read(source) => Self::Read { path: error.path, source },
             _ => Self::File(error),
         }
+    }
+}
+
+/// What makes a mesh of another kind one that is read.
+fn converter(extension: &str) -> &'static str {
+    match extension.trim_start_matches('.').to_ascii_lowercase().as_str() {
+        "osgb" | "osg" | "ive" => {
+            ". OSGB: convert it by `osgconv Tile.osgb Tile.obj` of OpenSceneGraph, one tile after the other, or export 3D Tiles or OBJ from the program \
+             that made it"
+        }
+        "fbx" | "dae" | "3ds" | "stl" | "blend" | "x3d" | "wrl" => {
+            ": import it in Blender, and export it as OBJ or glTF"
+        }
+        "i3s" | "slpk" => {
+            ": convert it by `npx @loaders.gl/cli tile-converter`, or export 3D Tiles or OBJ from the program that made it"
+        }
+        "3mx" | "3mxb" | "s3c" => ": export 3D Tiles or OBJ from the program that made it",
+        "las" | "laz" | "e57" | "pcd" | "xyz" => ": it is a point cloud: give the mesh that was made of it",
+        _ => "",
     }
 }
 

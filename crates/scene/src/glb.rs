@@ -1,10 +1,12 @@
 //! The bytes of a glTF file: its JSON, and its buffers wherever they are.
 
+use crate::b3dm;
 use crate::budget;
 use crate::error::{Place, SceneError, shown};
 use crate::gltf_nodes::Nodes;
 use crate::uri::{self, Target};
 use gable_files::Reach;
+use gable_geometry::DVec3;
 use gltf::{Document, buffer, json};
 use std::collections::BTreeSet;
 use std::io::{Read, Seek, SeekFrom};
@@ -26,13 +28,17 @@ pub(crate) struct Container {
     pub(crate) reach: Reach,
     pub(crate) document: Document,
     pub(crate) nodes: Nodes,
+    /// Whether its numbers may be quantised.
+    pub(crate) quantised: bool,
+    /// What all positions of a tile are relative to, as the tile says, z up.
+    pub(crate) tile_centre: Option<DVec3>,
     buffers: Vec<Bytes>,
 }
 
 impl Container {
     /// Opens a file and finds its buffers.
     pub(crate) fn open(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
-        let (json, binary) = read_json(path, reach)?;
+        let Glb { json, binary, tile_centre } = read_json(path, reach)?;
         let fault = |error: &dyn std::fmt::Display| {
             let what = format!("this is not a glTF 2.0 scene that can be read: {error}");
             SceneError::Unsupported { path: path.to_owned(), what }
@@ -43,10 +49,20 @@ impl Container {
         }
         let mut root: json::Root = json::deserialize::from_slice(&json).map_err(|e| fault(&e))?;
         let nodes = Nodes::read(&json).map_err(|e| fault(&e))?;
+        check_compression(path, &root.extensions_required)?;
         root.extensions_required.retain(|name| !is_optional(name));
+        let quantised = root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
         check_attributes(&root).map_err(|e| fault(&e))?;
         let document = Document::from_json(root).map_err(|e| fault(&e))?;
-        let mut container = Self { path: path.to_owned(), reach: reach.clone(), document, nodes, buffers: Vec::new() };
+        let mut container = Self {
+            path: path.to_owned(),
+            reach: reach.clone(),
+            document,
+            nodes,
+            quantised,
+            tile_centre,
+            buffers: Vec::new(),
+        };
         let mut buffers = Vec::new();
         for buffer in container.document.buffers() {
             buffers.push(container.find(&buffer, binary)?);
@@ -131,15 +147,44 @@ impl Container {
 /// Whether an extension may be required and is read here, or changes nothing of the shape: how surfaces shine, lights, what is told
 /// about things.
 fn is_optional(name: &str) -> bool {
-    const NAMES: [&str; 6] = [
+    const NAMES: [&str; 17] = [
         "CESIUM_RTC",
+        "KHR_mesh_quantization",
+        "KHR_texture_basisu",
+        "EXT_texture_webp",
+        "EXT_texture_avif",
+        "MSFT_texture_dds",
         "KHR_lights_punctual",
+        "EXT_lights_image_based",
+        "KHR_xmp",
         "KHR_xmp_json_ld",
+        "KHR_animation_pointer",
         "EXT_structural_metadata",
         "EXT_mesh_features",
+        "EXT_feature_metadata",
+        "EXT_instance_features",
         "CESIUM_primitive_outline",
+        "MAXAR_image_ortho",
     ];
-    NAMES.contains(&name) || (name.starts_with("KHR_materials_") && name != "KHR_materials_variants")
+    NAMES.contains(&name) || name.starts_with("KHR_materials_") || name.starts_with("ADOBE_materials_")
+}
+
+/// An error for shapes that are compressed in a way that is not read, with what unpacks them.
+fn check_compression(path: &Path, required: &[String]) -> Result<(), SceneError> {
+    const CONVERTERS: [(&str, &str, &str); 3] = [
+        ("KHR_draco_mesh_compression", "Draco", "gltf-pipeline -i in.glb -o out.glb"),
+        ("EXT_meshopt_compression", "meshopt", "gltfpack -noq -i in.glb -o out.glb"),
+        ("KHR_meshopt_compression", "meshopt", "gltfpack -noq -i in.glb -o out.glb"),
+    ];
+    for (extension, name, command) in CONVERTERS {
+        if required.iter().any(|required| required == extension) {
+            let what = format!(
+                "its shape is compressed by {name} ({extension}), which is not read: unpack it first, such as by `{command}`"
+            );
+            return Err(SceneError::Unsupported { path: path.to_owned(), what });
+        }
+    }
+    Ok(())
 }
 
 /// Checks the indices that the library takes for granted when it validates.
@@ -157,7 +202,7 @@ fn check_attributes(root: &json::Root) -> Result<(), String> {
 }
 
 /// Bytes of a file.
-fn read_at(path: &Path, reach: &Reach, offset: u64, length: u64) -> Result<Vec<u8>, SceneError> {
+pub(crate) fn read_at(path: &Path, reach: &Reach, offset: u64, length: u64) -> Result<Vec<u8>, SceneError> {
     let mut bytes = Vec::new();
     let mut file = reach.open(path)?;
     let read = file.seek(SeekFrom::Start(offset)).and_then(|_| file.take(length).read_to_end(&mut bytes));
@@ -178,10 +223,22 @@ fn without_zeros(text: &[u8]) -> &[u8] {
     &text[..text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1)]
 }
 
-/// The JSON, and for a GLB where its binary chunk starts and how long it is.
-fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>), SceneError> {
+/// What a file holds around its buffers.
+struct Glb {
+    json: Vec<u8>,
+    /// Of a GLB: where its binary chunk starts, and how long it is.
+    binary: Option<(u64, u64)>,
+    tile_centre: Option<DVec3>,
+}
+
+/// The JSON of a GLB, a glTF or a tile (b3dm) file.
+fn read_json(path: &Path, reach: &Reach) -> Result<Glb, SceneError> {
     let size = reach.length(path)?;
-    let start = read_at(path, reach, 0, size.min(20))?;
+    let tile = b3dm::read(path, reach, size)?;
+    // Where the GLB starts in the file.
+    let base = tile.as_ref().map_or(0, |tile| tile.glb);
+    let tile_centre = tile.and_then(|tile| tile.centre);
+    let start = read_at(path, reach, base, (size - base).min(20))?;
     if !start.starts_with(b"glTF") {
         if start.trim_ascii_start().first() != Some(&b'{') && !start.starts_with(b"\xef\xbb\xbf") {
             let found = shown(&start[..start.len().min(8)]);
@@ -189,7 +246,7 @@ fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>)
         }
         let json = reach.read(path, budget::JSON)?;
         let text = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&json);
-        return Ok((without_zeros(text).to_vec(), None));
+        return Ok(Glb { json: without_zeros(text).to_vec(), binary: None, tile_centre });
     }
     let number = |at: usize| {
         let bytes = start.get(at..at + 4)?;
@@ -203,31 +260,26 @@ fn read_json(path: &Path, reach: &Reach) -> Result<(Vec<u8>, Option<(u64, u64)>)
         let what = format!("it is glTF of version {version}: convert it to version 2");
         return Err(SceneError::Unsupported { path: path.to_owned(), what });
     }
-    if u64::from(total) > size {
-        return Err(cut(&format!("{} bytes before its end", u64::from(total) - size)));
+    if base + u64::from(total) > size {
+        return Err(cut(&format!("{} bytes before its end", base + u64::from(total) - size)));
     }
     if kind != u32::from_le_bytes(*b"JSON") {
-        return Err(SceneError::syntax(path, Place::Byte(16), "the first chunk of the file is not JSON"));
+        return Err(SceneError::syntax(path, Place::Byte(base + 16), "the first chunk of the file is not JSON"));
     }
-    let after = 20 + u64::from(length);
+    let after = base + 20 + u64::from(length);
     if after > size {
         return Err(cut("within its JSON"));
     }
     if u64::from(length) > budget::JSON {
         return Err(SceneError::too_much(path, format!("its JSON has more than {} MiB", budget::JSON >> 20)));
     }
-    let json = read_at(path, reach, 20, u64::from(length))?;
+    let json = read_at(path, reach, base + 20, u64::from(length))?;
     let json = without_zeros(&json).to_vec();
-    if after + 8 > size {
-        return Ok((json, None));
-    }
-    let head = read_at(path, reach, after, 8)?;
-    let length = u64::from(u32::from_le_bytes([head[0], head[1], head[2], head[3]]));
-    if &head[4..] != b"BIN\0" {
-        return Ok((json, None));
-    }
+    let head = if after + 8 > size { Vec::new() } else { read_at(path, reach, after, 8)? };
+    let [a, b, c, d, b'B', b'I', b'N', 0] = head[..] else { return Ok(Glb { json, binary: None, tile_centre }) };
+    let length = u64::from(u32::from_le_bytes([a, b, c, d]));
     if after + 8 + length > size {
         return Err(cut("within its binary chunk"));
     }
-    Ok((json, Some((after + 8, length))))
+    Ok(Glb { json, binary: Some((after + 8, length)), tile_centre })
 }

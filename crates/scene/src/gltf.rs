@@ -34,7 +34,7 @@ pub(crate) fn read_materials(path: &Path, reach: &Reach, warnings: &mut Warnings
         let texture = surface.base_color_texture().or_else(|| source.emissive_texture());
         if let Some(texture) = texture {
             material.colour = GREY;
-            let image = texture.texture().source().map(|image| image.index());
+            let image = container.nodes.images.get(texture.texture().index()).copied().flatten();
             let found = image.ok_or_else(|| "its image is of a type that is not read".to_owned());
             match found.and_then(|image| image_source(&container, image)) {
                 Ok(source) => material.texture = Some(source),
@@ -114,13 +114,18 @@ pub(crate) fn stream(
     sink: &mut Sink<'_>,
 ) -> Result<(), Halt> {
     let container = Container::open(path, reach)?;
-    if let Some(centre) = container.nodes.centre {
+    let mut mirrored = false;
+    if let Some(frame) = placement.frame {
+        // Of a tile the centre is in the frame of the tiles, and never turned.
+        placement.origin += container.nodes.centre.unwrap_or_default() + container.tile_centre.unwrap_or_default();
+        mirrored = frame.mirrors();
+    } else if let Some(centre) = container.nodes.centre {
         placement.origin += world_centre(centre, placement.up == Axis::Y);
     }
     let nodes: Vec<_> = container.document.nodes().collect();
     for (index, transform) in visits(&container)? {
         for primitive in nodes[index].mesh().iter().flat_map(gltf::Mesh::primitives) {
-            stream_primitive(&container, &primitive, first, &transform, placement, sink)?;
+            stream_primitive(&container, &primitive, first, &transform, mirrored, placement, sink)?;
         }
     }
     Ok(())
@@ -131,6 +136,7 @@ fn stream_primitive(
     primitive: &Primitive<'_>,
     first: u32,
     transform: &Transform,
+    mirrored: bool,
     placement: Placement,
     sink: &mut Sink<'_>,
 ) -> Result<(), Halt> {
@@ -224,7 +230,7 @@ fn stream_primitive(
                 continue;
             }
         };
-        if transform.mirrors() {
+        if transform.mirrors() != mirrored {
             three.swap(1, 2);
         }
         sink.polygon(&three, material, path, place)?;

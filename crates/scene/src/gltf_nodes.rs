@@ -10,6 +10,40 @@ struct Root {
     nodes: Vec<Node>,
     #[serde(default)]
     extensions: Extensions,
+    #[serde(default)]
+    textures: Vec<Texture>,
+}
+
+#[derive(Deserialize)]
+struct Texture {
+    source: Option<usize>,
+    #[serde(default)]
+    extensions: TextureExtensions,
+}
+
+/// Images of types that glTF itself does not know.
+#[derive(Default, Deserialize)]
+struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    webp: Option<Image>,
+    #[serde(rename = "KHR_texture_basisu")]
+    basis: Option<Image>,
+    #[serde(rename = "MSFT_texture_dds")]
+    dds: Option<Image>,
+}
+
+#[derive(Deserialize)]
+struct Image {
+    source: Option<usize>,
+}
+
+impl Texture {
+    /// The image that is most likely to be read.
+    fn image(&self) -> Option<usize> {
+        let more = &self.extensions;
+        let others = [&more.webp, &more.basis, &more.dds].into_iter().flatten().filter_map(|image| image.source);
+        self.source.into_iter().chain(others).next()
+    }
 }
 
 #[derive(Deserialize)]
@@ -38,6 +72,8 @@ pub(crate) struct Nodes {
     pub(crate) matrices: Vec<[[f64; 4]; 4]>,
     /// `CESIUM_RTC`: what all positions are relative to.
     pub(crate) centre: Option<DVec3>,
+    /// The image of each texture.
+    pub(crate) images: Vec<Option<usize>>,
 }
 
 impl Nodes {
@@ -45,7 +81,8 @@ impl Nodes {
     pub(crate) fn read(json: &[u8]) -> Result<Self, serde_json::Error> {
         let root: Root = serde_json::from_slice(json)?;
         let centre = root.extensions.rtc.map(|rtc| DVec3::from_array(rtc.center));
-        Ok(Self { matrices: root.nodes.iter().map(matrix).collect(), centre })
+        let images = root.textures.iter().map(Texture::image).collect();
+        Ok(Self { matrices: root.nodes.iter().map(matrix).collect(), centre, images })
     }
 }
 

@@ -1,8 +1,10 @@
 #![doc = include_str!("../README.md")]
 
+mod b3dm;
 mod budget;
 mod counts;
 mod detail;
+mod earth;
 mod error;
 mod folder;
 mod georeference;
@@ -34,6 +36,7 @@ mod sink;
 mod statements;
 mod survey;
 mod texture;
+mod tileset;
 mod tokens;
 mod transform;
 mod triangle;

@@ -1,5 +1,6 @@
 //! From the coordinates of a file to world coordinates.
 
+use crate::transform::Transform;
 use gable_geometry::{DVec3, dvec3};
 
 /// The axis of a file that points up.
@@ -58,6 +59,8 @@ pub(crate) struct Placement {
     pub(crate) up: Axis,
     /// What is added then, in the file's units.
     pub(crate) origin: DVec3,
+    /// Of a tile: from its own frame, z up, to that of the world, after the origin was added.
+    pub(crate) frame: Option<Transform>,
     /// Metres of the file's units along the world's axes.
     pub(crate) units: DVec3,
 }
@@ -66,7 +69,8 @@ impl Placement {
     /// A file's point in world coordinates.
     #[inline]
     pub(crate) fn apply(&self, p: DVec3) -> DVec3 {
-        (self.up.turn(p) + self.origin) * self.units
+        let own = self.up.turn(p) + self.origin;
+        self.frame.map_or(own, |frame| frame.apply(own)) * self.units
     }
 }
 
@@ -89,7 +93,8 @@ mod tests {
 
     #[test]
     fn the_origin_is_in_the_units_of_the_file() {
-        let placement = Placement { up: Axis::Y, origin: dvec3(10.0, 20.0, 30.0), units: dvec3(0.5, 0.5, 1.0) };
+        let (origin, units) = (dvec3(10.0, 20.0, 30.0), dvec3(0.5, 0.5, 1.0));
+        let placement = Placement { up: Axis::Y, origin, frame: None, units };
         assert_eq!(placement.apply(dvec3(2.0, 4.0, -6.0)), dvec3(6.0, 13.0, 34.0));
     }
 }

@@ -10,6 +10,8 @@ use crate::obj;
 use crate::placement::{Axis, Placement};
 use crate::sink::{Halt, Sink};
 use crate::statements::Said;
+use crate::tileset::{Model, Models};
+use crate::transform::Transform;
 use crate::triangle::Triangle;
 use gable_files::Reach;
 use gable_geometry::{Crs, DVec3, dvec3};
@@ -44,6 +46,8 @@ pub struct OpenOptions {
     /// What is added to the coordinates of every file, z up, in the units of the reference system; in place of what files beside the
     /// meshes say.
     pub origin: Option<DVec3>,
+    /// Of 3D Tiles, how far from the finest shape tiles may be, metres; 0 for the finest tiles.
+    pub error: f64,
     /// Whether damage is refused that else is left out and counted: vertices that are no numbers, faces of vertices that are not
     /// there, and a file of several that breaks off or is not of its format.
     pub strict: bool,
@@ -58,6 +62,8 @@ pub(crate) enum Format {
     Ply,
     Off,
     Gltf,
+    /// 3D Tiles: a tree of GLB files or tiles with GLB files in them.
+    Tileset,
 }
 
 impl Format {
@@ -66,7 +72,8 @@ impl Format {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "off" => Some(Self::Off),
-            "glb" | "gltf" => Some(Self::Gltf),
+            "glb" | "gltf" | "b3dm" => Some(Self::Gltf),
+            "json" if path.file_stem()?.eq_ignore_ascii_case("tileset") => Some(Self::Tileset),
             _ => None,
         }
     }
@@ -121,11 +128,24 @@ impl Scene {
         let folder = if is_folder { path } else { path.parent().unwrap_or(Path::new("")) };
         let listing = if is_folder { list(path, reach, &mut warnings)? } else { single(path)? };
         let Listing { format, files, folders } = listing;
+        let tiles = match format {
+            Format::Tileset => Some(Models::read(&files, reach, options.error, options.strict, &mut warnings)?),
+            _ => None,
+        };
+        let plane = match &tiles {
+            Some(tiles) => tiles.plane(options.crs.as_ref(), path)?,
+            None => None,
+        };
+        if let (Some((plane, _)), Some(_)) = (&plane, options.origin) {
+            let what = format!("its tiles have their place on the Earth, and end in {plane}: leave --origin out");
+            return Err(SceneError::UnfitCrs { path: path.to_owned(), what });
+        }
         let mut finder = Finder::new(folder, reach);
         folders.iter().try_for_each(|folder| finder.look_into(folder))?;
         let mut origins = Vec::with_capacity(files.len());
         let mut told: Option<Said<Crs>> = None;
-        for file in &files {
+        // What lies on the Earth needs nobody to tell where.
+        for file in files.iter().filter(|_| plane.is_none()) {
             let found = finder.of(file, options.crs.is_none())?;
             origins.push(options.origin.unwrap_or(found.origin));
             match (&told, found.crs) {
@@ -134,10 +154,11 @@ impl Scene {
                 _ => {}
             }
         }
-        if options.origin.is_none() {
+        if options.origin.is_none() && plane.is_none() {
             finder.tell_unused(&mut warnings);
         }
         let (crs, said_by) = match (&options.crs, told) {
+            _ if plane.is_some() => (plane.as_ref().map_or(Crs::Unknown, |(crs, _)| crs.clone()), path.to_owned()),
             (Some(crs), _) => (crs.clone(), path.to_owned()),
             (None, Some(said)) => (said.what, said.file),
             (None, None) => (Crs::Unknown, path.to_owned()),
@@ -153,12 +174,28 @@ impl Scene {
             });
         }
         let up = match (options.up, format) {
-            (Up::Auto, Format::Gltf) | (Up::Y, _) => Axis::Y,
+            (Up::Auto, Format::Gltf | Format::Tileset) | (Up::Y, _) => Axis::Y,
             (Up::Auto | Up::Z, _) => Axis::Z,
             (Up::MinusZ, _) => Axis::MinusZ,
             (Up::MinusY, _) => Axis::MinusY,
         };
         let units = dvec3(plan, plan, height);
+        let mut placements: Vec<Placement> =
+            origins.into_iter().map(|origin| Placement { up, origin, frame: None, units }).collect();
+        let (mut files, mut described_by): (_, Vec<PathBuf>) = (files, finder.used().cloned().collect());
+        if let Some(tiles) = tiles {
+            let origin = placements.first().map_or(DVec3::ZERO, |placement| placement.origin);
+            let to_world = plane.map_or(Transform::IDENTITY.after_shift(origin), |(_, to_plane)| to_plane);
+            files = tiles.models.iter().map(|model| model.file.clone()).collect();
+            let place = |model: &Model| Placement {
+                up: if model.z_up && options.up == Up::Auto { Axis::Z } else { up },
+                origin: DVec3::ZERO,
+                frame: Some(to_world.after(&model.transform)),
+                units,
+            };
+            placements = tiles.models.iter().map(place).collect();
+            described_by.extend(tiles.files);
+        }
         let mut scene = Self {
             path: path.to_owned(),
             reach: reach.clone(),
@@ -167,8 +204,8 @@ impl Scene {
             first_materials: Vec::new(),
             materials: Vec::new(),
             crs: in_metres,
-            placements: origins.into_iter().map(|origin| Placement { up, origin, units }).collect(),
-            described_by: finder.used().cloned().collect(),
+            placements,
+            described_by,
             watch_up: options.up == Up::Auto,
             strict: options.strict,
             warnings,
@@ -248,7 +285,9 @@ impl Scene {
                     let read = match format {
                         Format::Ply => crate::ply::stream(file, reach, *first, *placement, &mut sink),
                         Format::Off => crate::off::stream(file, reach, *placement, &mut sink),
-                        Format::Obj | Format::Gltf => crate::gltf::stream(file, reach, *first, *placement, &mut sink),
+                        Format::Obj | Format::Gltf | Format::Tileset => {
+                            crate::gltf::stream(file, reach, *first, *placement, &mut sink)
+                        }
                     };
                     if sink.end(read)? && sink.triangles() == before {
                         sink.counts.warnings.add(WarningKind::EmptyFile, || file.display().to_string());
@@ -271,7 +310,7 @@ impl Scene {
             let materials = match format {
                 Format::Ply => crate::ply::read_materials(file, reach, &mut warnings),
                 Format::Obj | Format::Off => Ok(Vec::new()),
-                Format::Gltf => crate::gltf::read_materials(file, reach, &mut warnings),
+                Format::Gltf | Format::Tileset => crate::gltf::read_materials(file, reach, &mut warnings),
             };
             materials.map(|materials| (materials, warnings))
         };
@@ -308,7 +347,9 @@ impl Scene {
 
 /// A single file and its format.
 fn single(path: &Path) -> Result<Listing, SceneError> {
-    match Format::of(path) {
+    // Of a tileset any name may be given.
+    let is_json = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
+    match Format::of(path).or(is_json.then_some(Format::Tileset)) {
         Some(format) => Ok(Listing { format, files: vec![path.to_owned()], folders: Vec::new() }),
         None => {
             let extension = path.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));

@@ -21,6 +21,22 @@ impl Transform {
         Self { columns: [0, 1, 2].map(|at| self.turn(column(at))), shift: self.apply(column(3)) }
     }
 
+    /// The transform of a matrix by its rows.
+    pub(crate) fn of_rows([x, y, z]: [DVec3; 3]) -> Self {
+        let column = |at: usize| DVec3::new(x[at], y[at], z[at]);
+        Self { columns: [0, 1, 2].map(column), shift: DVec3::ZERO }
+    }
+
+    /// The transform that first shifts by a vector, then does this one.
+    pub(crate) fn after_shift(&self, by: DVec3) -> Self {
+        Self { columns: self.columns, shift: self.apply(by) }
+    }
+
+    /// The transform that first does another, then this one.
+    pub(crate) fn after(&self, first: &Self) -> Self {
+        Self { columns: first.columns.map(|column| self.turn(column)), shift: self.apply(first.shift) }
+    }
+
     fn turn(&self, v: DVec3) -> DVec3 {
         self.columns[0] * v.x + self.columns[1] * v.y + self.columns[2] * v.z
     }

@@ -96,6 +96,8 @@ parameters! {
         crs: String = "auto".to_owned(), "", ANY;
         /// What is added to the coordinates, x,y,z in the units of the reference system; auto takes what files beside the mesh say.
         origin: String = "auto".to_owned(), "", ANY;
+        /// Of 3D Tiles, how far from the finest shape the tiles that are read may be; 0 for the finest.
+        error: f64 = 0.0, "m", within(0.0, 1000.0);
         /// Whether vertices that are no numbers, faces of vertices that are not there, and damaged files among others are refused, not left out.
         strict: bool = false, "", ANY;
     }

@@ -10,4 +10,5 @@ mod oracle;
 mod places;
 mod robustness;
 mod textures;
+mod tiles;
 mod town;

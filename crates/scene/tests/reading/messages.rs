@@ -24,11 +24,11 @@ fn missing_and_foreign_files() {
     assert_eq!(folder.said(&folder.path().join("no.obj"), &OpenOptions::default()), "no.obj: no such file or folder");
     assert_eq!(
         said("city.fbx", "x"),
-        "city.fbx: file type \".fbx\" is not read: give an .obj, .ply, .off, .glb or .gltf file, or a folder of them"
+        "city.fbx: file type \".fbx\" is not read: give an .obj, .ply, .off, .glb or .gltf file, a tileset.json, or a folder of them: import it in Blender, and export it as OBJ or glTF"
     );
     assert_eq!(
         folder.said(folder.path(), &OpenOptions::default()),
-        ".: no .obj, .ply, .off, .glb or .gltf file in this folder or the folders in it"
+        ".: no .obj, .ply, .off, .glb or .gltf file and no tileset.json in this folder or the folders in it"
     );
 }
 
@@ -44,7 +44,7 @@ fn wrong_magic() {
         said("a.off", "three 4 5\n"),
         "a.off: is not an OFF file (OFF, COFF, NOFF, STOFF): it starts with \"three\""
     );
-    assert_eq!(said("a.glb", "b3dm...."), "a.glb: is not a GLB or glTF file: it starts with \"b3dm....\"");
+    assert_eq!(said("a.glb", "JFIF...."), "a.glb: is not a GLB or glTF file: it starts with \"JFIF....\"");
     assert_eq!(
         said("a.glb", b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0"),
         "a.glb: it is glTF of version 1: convert it to version 2"
