@@ -89,10 +89,12 @@ pub(crate) fn stream(
     })
 }
 
-/// An OBJ file is text: a zero byte near its start or another encoding's mark gives other files away.
+/// An OBJ file is text: a byte near its start that no text has, or another encoding's mark, gives other files away.
 fn check_text(path: &Path, text: &[u8]) -> Result<(), SceneError> {
     let start = &text[..text.len().min(1024)];
-    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") || memchr::memchr(0, start).is_some() {
+    // Blanks, line ends, the end mark of DOS and the escape of terminals are what text may have.
+    let is_binary = |b: &u8| matches!(b, 0..9 | 14..26 | 28..32);
+    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") || start.iter().any(is_binary) {
         let found = shown(&text[..text.len().min(16)]);
         return Err(SceneError::WrongMagic {
             path: path.to_owned(),

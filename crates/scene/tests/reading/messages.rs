@@ -38,6 +38,8 @@ fn wrong_magic() {
         said("a.obj", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"),
         "a.obj: is not an OBJ text file (ASCII, UTF-8): it starts with \"\u{fffd}PNG\\r\\n\\u{1a}\\n\\0\\0\\0\\rIHDR\""
     );
+    // Zero bytes at the end of a file are passed over; the others tell enough.
+    assert!(said("a.obj", b"PK\x03\x04\0\0").starts_with("a.obj: is not an OBJ text file (ASCII, UTF-8): "));
     assert!(said("a.obj", b"\xff\xfev\0 \0").starts_with("a.obj: is not an OBJ text file (ASCII, UTF-8): "));
     assert_eq!(said("a.ply", "solid x\n"), "a.ply: is not a PLY file (ply): it starts with \"solid x\\n\"");
     assert_eq!(
