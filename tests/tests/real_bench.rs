@@ -159,3 +159,49 @@ fn two_real_halls() {
     assert!(record["figures"]["ground"]["rms"].as_f64().unwrap() < 0.5, "{record}");
     assert!(folder.path().join("pictures/real-halls.jpg").is_file());
 }
+
+#[test]
+fn a_real_wood_without_texture_is_no_town() {
+    const TEST: &str = "a_real_wood_without_texture_is_no_town";
+    if test_data("wood/mesh.obj").is_none() {
+        return skip(TEST, "wood/mesh.obj is not among the test data");
+    }
+    let data = test_data("").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let outlines = concat!(env!("CARGO_MANIFEST_DIR"), "/real");
+    let (data, out) = (data.to_str().unwrap(), folder.path().to_str().unwrap());
+    let real = ["bench", "real", "--only", "wood", "--data", data, "--outlines", outlines, "--out", out];
+    let thinned = [&real[..], &["--thin", "0.7", "--json", "--quiet"]].concat();
+    let record = &run_gable(&thinned).success().json()[0];
+    assert_eq!(record["row"], json!("0.7 faces per m², no texture"));
+    let objects = &record["figures"]["objects"];
+    // It was 88 invented buildings before crowns of a few facets were told by their steep sides.
+    assert_eq!((&objects["found"], &objects["buildings"]), (&json!(1), &json!(1)), "{record}");
+    assert!(objects["invented"].as_u64().unwrap() <= 3, "{record}");
+    assert!(record["figures"]["labels"]["tree"].as_f64().unwrap() > 0.9, "{record}");
+    assert!(!folder.path().join("thinned/wood").exists(), "the thinned mesh goes");
+}
+
+#[test]
+fn outlines_teach_a_classifier() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    write_mesh(Path::new(&path("made.off")));
+    let boxes = [[10.0, 10.0, 22.0, 20.0], [40.0, 20.0, 48.0, 28.0]];
+    // The small box is called a crown, so that both classes are there.
+    write_outlines(
+        Path::new(&path("made.geojson")),
+        &[rectangle("building", Some("large"), boxes[0]), rectangle("tree", None, boxes[1])],
+    );
+    let train = |more: &[&str]| {
+        let (mesh, labels, out) = (path("made.off"), path("made.geojson"), path("weights.json"));
+        let fixed = ["train", "--mesh", &mesh, "--labels", &labels, "--rounds", "5", "--out", &out, "--json"];
+        run_gable(&[&fixed[..], more].concat())
+    };
+    let report = train(&["--features", "geometric", "--thin", "1,0.5"]).success().json();
+    assert_eq!(report["rasters"], json!(3), "as it is, and thinned twice: {report}");
+    let weights: Value = serde_json::from_str(&std::fs::read_to_string(path("weights.json")).unwrap()).unwrap();
+    assert_eq!((&weights["features"], &weights["trained_on"]), (&json!("geometric"), &json!("made")));
+    let coloured = train(&["--features", "full", "--thin", "1"]);
+    assert!(coloured.code == 2 && coloured.stderr.contains("--features geometric"), "{}", coloured.stderr);
+}

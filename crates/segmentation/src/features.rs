@@ -28,6 +28,19 @@ const ENTROPY_WINDOWS: [f64; 3] = [5.0, 9.0, 17.0];
 /// a crown. On coarse meshes only the last sees that a crown bulges.
 const GEOMETRY_WINDOWS: [f64; 4] = [1.0, 2.6, 5.0, 10.0];
 
+/// Sides of the windows in which what is steep is counted, metres.
+const STEEP_WINDOWS: [f64; 2] = [5.0, 10.0];
+
+/// Slopes (rise over run) of the sides of crowns on coarse meshes: most roofs are gentler, walls are steeper.
+const STEEP: [f32; 2] = [0.8, 5.0];
+
+/// Height over the lowest place of a window from which a pixel counts as high, and side of that window, metres.
+const HIGH: f32 = 2.0;
+const HIGH_WINDOW: f64 = 14.0;
+
+/// What the share of the steep is taken of is at least this share of the window, so that a few pixels say little.
+const LEAST_HIGH: f32 = 1e-3;
+
 /// Side of the window of the mean colour, metres.
 const MEAN_WINDOW: f64 = 2.6;
 
@@ -45,8 +58,8 @@ pub enum FeatureSet {
     /// The 27, the mean colour around, and the geometric ones.
     Full,
     /// Of the height and normal maps only: distance to a local plane and dispersion of the normals, both also as the
-    /// least over the windows that hold the pixel, and convexity. For input without texture. All are blind to slope: a
-    /// steep roof must not look like a tree.
+    /// least over the windows that hold the pixel, convexity, and the share of what is high that is steep and no wall. For
+    /// input without texture.
     Geometric,
 }
 
@@ -57,7 +70,7 @@ impl FeatureSet {
         match self {
             Self::Zhu27 => COLOUR_COUNT,
             Self::Full => COLOUR_COUNT + MEAN_COUNT + GEOMETRY_COUNT,
-            Self::Geometric => GEOMETRY_COUNT,
+            Self::Geometric => GEOMETRY_COUNT + STEEP_WINDOWS.len(),
         }
     }
 
@@ -113,6 +126,9 @@ impl FeatureSet {
             names.extend(GEOMETRY_WINDOWS.map(|w| format!("least normal dispersion around, {w} m")));
             names.extend(GEOMETRY_WINDOWS[1..].iter().map(|w| format!("convexity, {w} m")));
         }
+        if self == Self::Geometric {
+            names.extend(STEEP_WINDOWS.map(|w| format!("steep share of what is high, {w} m")));
+        }
         names
     }
 }
@@ -146,7 +162,11 @@ pub fn for_each_feature(
         colour_planes(colour, set == FeatureSet::Full, &mut emit);
     }
     if set.needs_geometry() {
-        geometry_planes(input.height, input.normal, &mut emit);
+        let heights = without_gaps(input.height);
+        geometry_planes(input, &heights, &mut emit);
+        if set == FeatureSet::Geometric {
+            steep_planes(input, &heights, &mut emit);
+        }
     }
     Ok(())
 }
@@ -183,15 +203,21 @@ fn colour_planes(colour: &Raster<[u8; 3]>, with_means: bool, emit: &mut impl FnM
     means.iter().for_each(|plane| emit(plane));
 }
 
-fn geometry_planes(height: &Raster<f32>, normal: &Raster<[f32; 3]>, emit: &mut impl FnMut(&[f32])) {
-    let (w, h) = (height.width(), height.height());
+/// The heights row by row, those of gaps continued from what is around them.
+fn without_gaps(height: &Raster<f32>) -> Vec<f32> {
     let mut heights = height.values().to_vec();
-    fill_missing(&mut heights, w, h, 4);
+    fill_missing(&mut heights, height.width(), height.height(), 4);
     if heights[0].is_nan() {
         heights.fill(0.0);
     }
+    heights
+}
+
+fn geometry_planes(input: &Orthograph<'_>, heights: &[f32], emit: &mut impl FnMut(&[f32])) {
+    let Orthograph { height, normal, .. } = input;
+    let (w, h) = (height.width(), height.height());
     let radii = GEOMETRY_WINDOWS.map(|side| radius(side, height.window().step));
-    let residuals = radii.map(|r| plane_residual(&heights, w, h, r));
+    let residuals = radii.map(|r| plane_residual(heights, w, h, r));
     residuals.iter().for_each(|plane| emit(plane));
     for (plane, r) in residuals.iter().zip(radii) {
         emit(&box_min(plane, w, h, r));
@@ -212,10 +238,34 @@ fn geometry_planes(height: &Raster<f32>, normal: &Raster<[f32; 3]>, emit: &mut i
         emit(&box_min(plane, w, h, r));
     }
     for r in &radii[1..] {
-        let mut convexity = box_mean(&heights, w, h, *r);
-        convexity.iter_mut().zip(&heights).for_each(|(mean, z)| *mean = z - *mean);
+        let mut convexity = box_mean(heights, w, h, *r);
+        convexity.iter_mut().zip(heights).for_each(|(mean, z)| *mean = z - *mean);
         emit(&convexity);
     }
+}
+
+/// A crown on a coarse mesh is a cone of a few facets: each is flat, but hardly any is as gentle as a roof or as steep as a wall.
+fn steep_planes(input: &Orthograph<'_>, heights: &[f32], emit: &mut impl FnMut(&[f32])) {
+    let (w, h, step) = (input.height.width(), input.height.height(), input.height.window().step);
+    let lowest = box_min(heights, w, h, radius(HIGH_WINDOW, step));
+    let is_high: Vec<bool> = heights.iter().zip(&lowest).map(|(z, lowest)| z - lowest > HIGH).collect();
+    let share = |counts: bool| if counts { 1.0 } else { 0.0 };
+    let high: Vec<f32> = is_high.iter().map(|is_high| share(*is_high)).collect();
+    let normals = input.normal.values().iter().zip(&is_high);
+    let steep: Vec<f32> = normals.map(|(normal, is_high)| share(*is_high && is_steep(*normal))).collect();
+    for side in STEEP_WINDOWS {
+        let high = box_mean(&high, w, h, radius(side, step));
+        let mut steep = box_mean(&steep, w, h, radius(side, step));
+        steep.iter_mut().zip(&high).for_each(|(steep, high)| *steep /= high + LEAST_HIGH);
+        emit(&steep);
+    }
+}
+
+/// Whether a surface with this normal is as steep as the side of a crown; a gap is not.
+fn is_steep([x, y, z]: [f32; 3]) -> bool {
+    let run = z.abs();
+    let rise = x.hypot(y);
+    rise > STEEP[0] * run && rise < STEEP[1] * run
 }
 
 /// Radius in pixels of a window whose side is given in metres, at least 1.
@@ -252,6 +302,44 @@ mod tests {
         assert_eq!(FeatureSet::Zhu27.len(), 27);
         let bare = Orthograph { colour: None, ..input };
         assert!(matches!(for_each_feature(&bare, FeatureSet::Full, |_, _| ()), Err(Error::ColourMissing { .. })));
+    }
+
+    #[test]
+    fn a_crown_of_a_few_facets_is_steep_and_a_house_is_not() {
+        let window = GridWindow { step: 0.2, x0: 0, y0: 0, width: 150, height: 150 };
+        let normal_of = |slope: [f32; 2]| {
+            let length = (slope[0].powi(2) + slope[1].powi(2) + 1.0).sqrt();
+            [-slope[0] / length, -slope[1] / length, 1.0 / length]
+        };
+        // A pyramid of 10 m with sides of 50 degrees, and a gabled house of 10 m with a roof of 35 degrees and upright walls.
+        let share = |is_crown: bool| {
+            let mut height = Raster::filled(window, 0.0_f32);
+            let mut normal = Raster::filled(window, [0.0, 0.0, 1.0]);
+            for row in 50..100 {
+                for column in 50..100 {
+                    let from_middle = [column, row].map(|at| (at as f32 - 74.5) * 0.2);
+                    let [x, y] = from_middle;
+                    let (rise, slope) = match is_crown {
+                        true if x.abs() > y.abs() => (1.2 * (5.0 - x.abs()), [-1.2 * x.signum(), 0.0]),
+                        true => (1.2 * (5.0 - y.abs()), [0.0, -1.2 * y.signum()]),
+                        false => (5.0 + 0.7 * (5.0 - x.abs()), [-0.7 * x.signum(), 0.0]),
+                    };
+                    height[(column, row)] = rise;
+                    normal[(column, row)] = normal_of(slope);
+                }
+            }
+            let input = Orthograph { colour: None, height: &height, normal: &normal };
+            let mut found = Vec::new();
+            for_each_feature(&input, FeatureSet::Geometric, |feature, plane| {
+                if feature >= GEOMETRY_COUNT {
+                    found.push(plane[75 * window.width + 75]);
+                }
+            })
+            .unwrap();
+            found
+        };
+        assert!(share(true).iter().all(|share| *share > 0.9), "{:?}", share(true));
+        assert!(share(false).iter().all(|share| *share < 0.01), "{:?}", share(false));
     }
 
     #[test]

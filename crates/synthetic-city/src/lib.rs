@@ -24,4 +24,5 @@ pub use scene::primitive::{Oblong, Primitive, Rise};
 pub use scene::relief::Relief;
 pub use sensing::TriMesh;
 pub use sensing::columns::Class;
+pub use sensing::decimate::decimate;
 pub use synthesise::{mesh_of, scene, synthesise};

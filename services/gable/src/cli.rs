@@ -441,9 +441,21 @@ pub(crate) struct BenchArgs {
     /// Of real: the name of the row, under which the table keeps it
     #[arg(long, value_name = "NAME", default_value = "today")]
     pub(crate) row: String,
+    /// Of real: measure the meshes thinned to so many faces for each m² and without texture; the row is named by it
+    #[arg(long, value_name = "N", value_parser = positive, conflicts_with = "row")]
+    pub(crate) thin: Option<f64>,
     /// Print the records as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|n: &f64| n.is_finite() && *n > 0.0)
+        .ok_or_else(|| "give a number above 0".to_owned())
 }
 
 const TRAIN_HELP: &str = "\
@@ -451,12 +463,14 @@ Examples:
   gable train --images ortho --masks trees --step 0.25 --out weights.json
   gable train --city spring --city summer --features full --out weights.json
   gable train --mesh real.obj --labels corrected --city spring --features full --out weights.json
+  gable train --mesh real.obj --labels real.geojson --thin 0.7,0.1 --features geometric --out weights.json
   gable run mesh.obj --out city --set segmentation.weights=weights.json --set segmentation.features=full
 
 Images and masks are PNG or JPEG of the same name and size: in a mask black is no tree, white tree, grey not
 looked at. The part of a name before the first _ or - is its source; figures are given for each source by a
 model that did not see it. A city is a folder that gable synth has made. Labels are the pictures that
-gable run --set output.labels=true writes, corrected by hand.";
+gable run --set output.labels=true writes, corrected by hand, or outlines as in tests/real: GeoJSON polygons in
+the frame of the mesh with a property class of building, tree, grass, ground or others.";
 
 /// Arguments of `gable train`.
 #[derive(Debug, Args)]
@@ -475,9 +489,12 @@ pub(crate) struct TrainArgs {
     /// Mesh whose labels were corrected; may be given many times, each with --labels
     #[arg(long = "mesh", value_name = "PATH", requires = "labels")]
     pub(crate) meshes: Vec<PathBuf>,
-    /// Result folder with the labels of that mesh
-    #[arg(long, value_name = "DIR", requires = "meshes")]
+    /// Result folder with the labels of that mesh, or a .geojson file with outlines in it
+    #[arg(long, value_name = "PATH", requires = "meshes")]
     pub(crate) labels: Vec<PathBuf>,
+    /// Learn from each --mesh also thinned to so many faces for each m² and without its texture, joined by commas; for geometric
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = positive, requires = "meshes")]
+    pub(crate) thin: Vec<f64>,
     /// Edge of a pixel, metres
     #[arg(long, value_name = "M", default_value_t = 0.2)]
     pub(crate) step: f64,

@@ -1,5 +1,6 @@
 //! A real scene made ready for measuring: what a person says of each pixel, and the surface of the mesh there.
 
+use super::judged_labels::Label;
 use super::judged_objects::roofprint;
 use super::outlines::{Outline, OutlineClass, Outlines};
 use crate::Error;
@@ -132,6 +133,23 @@ impl RealScene {
     #[must_use]
     pub fn size(&self) -> [usize; 2] {
         [self.surface.width, self.surface.height]
+    }
+
+    /// South-western corner, metres in the frame of the mesh.
+    #[must_use]
+    pub fn corner(&self) -> DVec2 {
+        dvec2(self.surface.x0 as f64, self.surface.y0 as f64) * self.surface.step
+    }
+
+    /// The label that a person gives each pixel, row by row from the south; `None` where there is none.
+    pub fn labels(&self) -> impl Iterator<Item = Option<Label>> + '_ {
+        self.known.iter().map(|known| match known {
+            Known::Drawn(OutlineClass::Building) => Some(Label::Building),
+            Known::Drawn(OutlineClass::Tree) => Some(Label::Tree),
+            Known::Drawn(OutlineClass::Grass) => Some(Label::Grass),
+            Known::Drawn(OutlineClass::Ground) => Some(Label::Ground),
+            _ => None,
+        })
     }
 
     /// For each pixel with a surface, row by row from the south: its number, its centre, and the number of the triangle on top.

@@ -162,8 +162,9 @@ struct Work {
     stamps: Vec<u32>,
 }
 
-/// Collapses edges until at most `target` faces are left or no edge can be collapsed.
-pub(crate) fn decimate(mesh: &TriMesh, target: usize) -> TriMesh {
+/// Collapses edges until at most `target` faces are left or no edge can be collapsed (Garland and Heckbert 1997). O(n log n).
+#[must_use]
+pub fn decimate(mesh: &TriMesh, target: usize) -> TriMesh {
     let Some(&origin) = mesh.vertices.first() else { return TriMesh::default() };
     let mut work = prepare(mesh, origin);
     let mut left = work.faces.len();

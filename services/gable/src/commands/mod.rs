@@ -12,6 +12,7 @@ mod schedule;
 mod serve;
 mod synth;
 mod task;
+mod thinned;
 mod token;
 mod train;
 mod work;

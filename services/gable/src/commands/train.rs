@@ -1,11 +1,15 @@
 //! `gable train`: weights of the tree classifier from labelled rasters.
 
+use super::bench::LABELS;
+use super::thinned;
 use crate::cli::TrainArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::progress::Progress;
 use crate::{interrupt, table, terminal};
 use anyhow::Context as _;
+use gable_evaluation::real::{Label, Outlines, RealScene};
 use gable_files::Reach;
+use gable_geometry::DVec3;
 use gable_ortho::{GridWindow, Raster};
 use gable_pipeline::label_map::{self, LabelMap};
 use gable_pipeline::{Params, SampledMesh, sample_mesh};
@@ -29,20 +33,18 @@ pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
     interrupt::listen();
     let progress = Progress::new(quiet);
     for city in &args.cities {
-        rasters.extend(city_rasters(
-            &super::mesh_folder(city),
-            &city.join("truth"),
-            city,
-            features,
-            args.step,
-            &progress,
-        )?);
+        let source = city.file_name().map_or_else(|| city.display().to_string(), |n| n.to_string_lossy().into_owned());
+        let maps = read_maps(&city.join("truth"))?;
+        rasters.extend(rasters_of(&super::mesh_folder(city), &maps, &source, features, args.step, &progress)?);
     }
     if args.meshes.len() != args.labels.len() {
         return Err(UsageError("give --labels once for each --mesh".to_owned()).into());
     }
+    if !args.thin.is_empty() && features != FeatureSet::Geometric {
+        return Err(UsageError("--thin leaves no texture: give --features geometric".to_owned()).into());
+    }
     for (mesh, labels) in args.meshes.iter().zip(&args.labels) {
-        rasters.extend(city_rasters(mesh, labels, mesh, features, args.step, &progress)?);
+        rasters.extend(mesh_rasters(mesh, labels, args, features, &progress)?);
     }
     progress.begin("train", 1);
     let defaults = TrainOptions::default();
@@ -69,26 +71,73 @@ pub(crate) fn run(args: &TrainArgs, quiet: bool) -> anyhow::Result<Outcome> {
     Ok(Outcome::Success)
 }
 
-/// The rasters of a mesh with the folder `labels` in `labelled`, one for each label picture. Clutter is not looked at.
-fn city_rasters(
+/// The rasters of a labelled mesh as it is, and thinned as often as asked.
+fn mesh_rasters(
     mesh: &Path,
-    labelled: &Path,
-    name: &Path,
+    labels: &Path,
+    args: &TrainArgs,
+    features: FeatureSet,
+    progress: &Progress,
+) -> anyhow::Result<Vec<LabelledRaster>> {
+    let is_outlines = labels.extension().is_some_and(|e| e.eq_ignore_ascii_case("geojson"));
+    let (maps, name) = if is_outlines {
+        (vec![outlined(mesh, labels)?], labels.file_stem())
+    } else {
+        (read_maps(labels)?, mesh.file_name())
+    };
+    let source = name.map_or_else(|| mesh.display().to_string(), |n| n.to_string_lossy().into_owned());
+    let mut rasters = rasters_of(mesh, &maps, &source, features, args.step, progress)?;
+    for density in &args.thin {
+        let folder = tempfile::tempdir().context("a folder for a thinned mesh")?;
+        let thinned = thinned::write(mesh, *density, folder.path())?;
+        rasters.extend(rasters_of(&thinned, &maps, &source, features, args.step, progress)?);
+    }
+    Ok(rasters)
+}
+
+/// The labels that outlines give the pixels of a mesh.
+fn outlined(mesh: &Path, file: &Path) -> anyhow::Result<LabelMap> {
+    let text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
+    let outlines = Outlines::parse(&text, &file.display().to_string())?;
+    let (triangles, _) = thinned::triangles(mesh)?;
+    let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.corners).collect();
+    let scene = RealScene::new(outlines, &corners).with_context(|| file.display().to_string())?;
+    let number = |label: Label| LABELS.iter().position(|l| *l == label).map_or(label_map::NONE, |n| n as u8);
+    let labels = scene.labels().map(|label| label.map_or(label_map::NONE, number)).collect();
+    let [width, height] = scene.size();
+    Ok(LabelMap {
+        name: "outlines".to_owned(),
+        corner: scene.corner().to_array(),
+        step: scene.step(),
+        width,
+        height,
+        labels,
+    })
+}
+
+fn read_maps(folder: &Path) -> anyhow::Result<Vec<LabelMap>> {
+    label_map::read(folder, &Reach::everything()).map_err(|e| {
+        UsageError(format!("{} has no labels of gable synth or gable run that can be used: {e:#}", folder.display()))
+            .into()
+    })
+}
+
+/// The rasters of a mesh, one for each label picture. Clutter is not looked at.
+fn rasters_of(
+    mesh: &Path,
+    maps: &[LabelMap],
+    source: &str,
     features: FeatureSet,
     step: f64,
     progress: &Progress,
 ) -> anyhow::Result<Vec<LabelledRaster>> {
-    let maps = label_map::read(labelled, &Reach::everything()).map_err(|e| {
-        UsageError(format!("{} has no labels of gable synth or gable run that can be used: {e:#}", labelled.display()))
-    })?;
     let work = tempfile::tempdir().context("a folder for rasters")?;
     let mut params = Params::default();
     params.set("sampling.step", &step.to_string())?;
     let mesh = sample_mesh(mesh, work.path(), &params, progress)?;
-    let source = name.file_name().map_or_else(|| name.display().to_string(), |n| n.to_string_lossy().into_owned());
     // The published features see what the camera saw, as in a run.
     let saturation = if features == FeatureSet::Full { mesh.saturation() } else { 1.0 };
-    maps.iter().map(|map| raster(map, &mesh, saturation, step, &source)).collect()
+    maps.iter().map(|map| raster(map, &mesh, saturation, step, source)).collect()
 }
 
 /// One label picture with the rasters of the mesh below it.

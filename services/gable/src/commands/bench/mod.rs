@@ -5,6 +5,7 @@
 mod page;
 mod places;
 mod real;
+pub(super) use real::LABELS;
 mod record;
 mod steps;
 mod table;

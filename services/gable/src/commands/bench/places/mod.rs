@@ -5,11 +5,12 @@ mod rows;
 mod table;
 mod truth;
 
-use super::real::{self, LABELS, mosaic, orthophoto, triangles};
+use super::real::{self, LABELS, mosaic, orthophoto};
 use super::steps::{self, Bench};
 use super::{TUNING, chosen, number};
 use crate::cli::BenchArgs;
 use crate::commands::eval;
+use crate::commands::thinned::triangles;
 use crate::exit::Outcome;
 use crate::terminal;
 use anyhow::Context as _;

@@ -8,7 +8,7 @@ mod table;
 use super::steps::{self, Bench};
 use super::{chosen, number};
 use crate::cli::BenchArgs;
-use crate::commands::{eval, mesh_folder};
+use crate::commands::{eval, thinned};
 use crate::exit::{Outcome, UsageError};
 use crate::terminal;
 use anyhow::Context as _;
@@ -17,7 +17,6 @@ use gable_files::Reach;
 use gable_geometry::{DVec2, DVec3};
 use gable_pipeline::PipelineError;
 use gable_pipeline::label_map::{self, CLASSES, LabelMap};
-use gable_scene::{Content, OpenOptions, Scene, SceneError, Triangle};
 use record::RealRecord;
 use scenes::{Half, RealPlace};
 use std::path::Path;
@@ -26,7 +25,7 @@ use std::path::Path;
 pub(super) const NAME: &str = "real";
 
 /// Labels in the order of [`CLASSES`].
-pub(super) const LABELS: [Label; CLASSES.len()] = [Label::Ground, Label::Grass, Label::Tree, Label::Building];
+pub(crate) const LABELS: [Label; CLASSES.len()] = [Label::Ground, Label::Grass, Label::Tree, Label::Building];
 
 /// Measures all real meshes that are asked for and at hand.
 pub(super) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
@@ -48,7 +47,15 @@ pub(super) fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<Outcome> {
             skipped.push(reason);
             continue;
         }
-        let record = measure(&bench, place, number, &mesh)?;
+        let record = match args.thin {
+            None => measure(&bench, place, number, &mesh)?,
+            Some(density) => {
+                let folder = args.out.join("thinned").join(&place.name);
+                let record = measure(&bench, place, number, &thinned::write(&mesh, density, &folder)?)?;
+                bench.remove(&folder)?;
+                record
+            }
+        };
         if let Some(folder) = &args.write {
             table::write(folder, &record)?;
         }
@@ -100,7 +107,7 @@ fn measure(bench: &Bench<'_>, place: &RealPlace, number_of_place: usize, mesh: &
     }
     let summary = bench.child(&place.name, &arguments)?;
 
-    let (triangles, content) = triangles(mesh)?;
+    let (triangles, content) = thinned::triangles(mesh)?;
     let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.corners).collect();
     let scene = RealScene::new(outlines, &corners).with_context(|| file.display().to_string())?;
     let model = eval::read(&folder)?;
@@ -121,7 +128,7 @@ fn measure(bench: &Bench<'_>, place: &RealPlace, number_of_place: usize, mesh: &
     Ok(RealRecord {
         scene: place.name.clone(),
         half: place.half,
-        row: args.row.clone(),
+        row: args.thin.map_or_else(|| args.row.clone(), |density| format!("{density} faces per m², no texture")),
         order: number_of_place,
         mesh_faces: content.counts.triangles,
         area_km2: number(&summary, &["area_m2"])? / 1e6,
@@ -131,17 +138,6 @@ fn measure(bench: &Bench<'_>, place: &RealPlace, number_of_place: usize, mesh: &
         run: super::record::timing(&summary)?,
         figures,
     })
-}
-
-/// All triangles of a mesh, and what else it held.
-pub(super) fn triangles(mesh: &Path) -> anyhow::Result<(Vec<Triangle>, Content)> {
-    let scene = Scene::open(mesh_folder(mesh), &OpenOptions::default())?;
-    let mut all = Vec::new();
-    let content = scene.for_each_chunk::<SceneError>(|chunk| {
-        all.extend_from_slice(chunk);
-        Ok(())
-    })?;
-    Ok((all, content))
 }
 
 /// The maps of all blocks as one; `None` if there is none.
