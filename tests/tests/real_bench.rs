@@ -201,7 +201,7 @@ fn outlines_teach_a_classifier() {
     let report = train(&["--features", "geometric", "--thin", "1,0.5"]).success().json();
     assert_eq!(report["rasters"], json!(3), "as it is, and thinned twice: {report}");
     let weights: Value = serde_json::from_str(&std::fs::read_to_string(path("weights.json")).unwrap()).unwrap();
-    assert_eq!((&weights["features"], &weights["trained_on"]), (&json!("geometric"), &json!("made")));
+    assert_eq!((&weights["features"], &weights["trained_on"]), (&json!("geometric"), &json!("made/outlines")));
     let coloured = train(&["--features", "full", "--thin", "1"]);
     assert!(coloured.code == 2 && coloured.stderr.contains("--features geometric"), "{}", coloured.stderr);
 }
