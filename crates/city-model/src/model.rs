@@ -1,5 +1,6 @@
 //! City objects as gable holds them between modelling and writing.
 
+use crate::Metadata;
 use gable_geometry::{Crs, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -84,6 +85,20 @@ pub struct Building {
     pub lods: Lods,
 }
 
+impl Building {
+    /// The best level of detail that there is of it, and its shells: roof shape, else block model, else footprint.
+    #[must_use]
+    pub fn best(&self) -> (&'static str, Vec<&Shell>) {
+        let lods = &self.lods;
+        let order = [
+            ("2", lods.lod2.iter().collect::<Vec<_>>()),
+            ("1", lods.lod1.iter().collect()),
+            ("0", lods.footprint.iter().collect()),
+        ];
+        order.into_iter().find(|(_, shells)| !shells.is_empty()).unwrap_or_default()
+    }
+}
+
 /// A triangulated terrain.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Terrain {
@@ -100,6 +115,9 @@ pub struct Terrain {
 pub struct CityModel {
     /// Title.
     pub title: String,
+    /// What else the data set tells of itself.
+    #[serde(default)]
+    pub metadata: Metadata,
     /// World coordinates of the local origin, metres.
     pub origin: [f64; 3],
     /// Reference system of the world coordinates.

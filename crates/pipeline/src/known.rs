@@ -5,12 +5,15 @@
 
 use crate::stages::Context;
 use crate::{PipelineError, budget};
-use gable_city_model::{Building, Face, ReadOptions, Semantic, Shell, read_cityjson_str};
+use gable_city_model::{Attributes, Building, Face, ReadOptions, Semantic, Shell, read_cityjson_str};
 use gable_geometry::{Box2, DVec2, DVec3, Frame, Plane, Polygon};
 use gable_modeling::KnownRoof;
 use gable_ortho::{GridWindow, Raster};
 use std::path::Path;
 
+/// Attributes of a footprint that its building keeps.
+const KEPT: [&str; 6] =
+    ["class", "function", "usage", "yearOfConstruction", "storeysAboveGround", "storeysBelowGround"];
 /// Roof surfaces steeper than this are walls, radians.
 const STEEPEST: f64 = 1.5;
 /// Planes whose slopes differ by less, and whose heights by less than [`SAME_HEIGHT`] on the polygon, are one.
@@ -23,6 +26,8 @@ const SAME_HEIGHT: f64 = 0.01;
 pub(crate) struct Footprint {
     /// Name in the file.
     pub(crate) id: String,
+    /// What it is told of the building that a mesh does not show, under CityGML's names.
+    pub(crate) attributes: Attributes,
     pub(crate) polygons: Vec<Polygon>,
     pub(crate) bounds: Box2,
 }
@@ -151,7 +156,9 @@ fn footprint(building: &Building) -> Option<Footprint> {
         [&|| flat(lods.footprint.as_slice(), |_| true), &|| ground(&lods.lod2), &|| ground(&lods.lod1)];
     let polygons = choices.iter().map(|choice| choice()).find(|p| !p.is_empty())?;
     let bounds = Box2::of(polygons.iter().flat_map(|p| p.outer.iter().copied()));
-    Some(Footprint { id: building.id.clone(), polygons, bounds })
+    let attributes = building.attributes.iter().filter(|(name, _)| KEPT.contains(&name.as_str()));
+    let attributes = attributes.map(|(name, value)| (name.clone(), value.clone())).collect();
+    Some(Footprint { id: building.id.clone(), attributes, polygons, bounds })
 }
 
 /// Faces seen from above.

@@ -10,7 +10,7 @@ use crate::report::{self, Overview, OverviewBuilder, Pixel, ReportSource};
 use crate::stages::model::{self, Modeller, Tile};
 use crate::stages::sample::Seen;
 use crate::stages::split::Blocks;
-use crate::stages::{Context, holes, labels, sample, segment, split, stitch, terrain, write};
+use crate::stages::{Context, holes, labels, rasters, sample, segment, split, stitch, terrain, write};
 use crate::summary::{BlockRecord, BlockState, Lod, RunStatus, RunSummary, peak_memory_bytes};
 use crate::workspace::Workspace;
 use crate::{PipelineError, artefact, failure, warnings};
@@ -66,7 +66,7 @@ fn run_here(
     artefact::create_dir(out)?;
     let workspace = Workspace::open(out, &scene, params)?;
     let context = Context { params, observer, workspace: &workspace, reach: &Reach::everything() };
-    let title = title(input);
+    let title = title(input, params);
     let mut clock = Clock::default();
 
     let blocks = clock.time(Stage::Split, || split::run(&context, &scene))?;
@@ -121,6 +121,7 @@ fn run_here(
     })?;
     let mut files = clock.time(Stage::Write, || {
         let mut files = write::write(&context, &blocks, &seen, &tiles, &ground, &ortho, &mut failures, &title, out)?;
+        files.extend(rasters::write(&context, &blocks, &ortho, &labelled, &ground, out)?);
         if params.output.labels {
             files.extend(labels::write(&context, &blocks, &labelled, out)?);
         }
@@ -163,7 +164,10 @@ pub(crate) fn unseen(input: &Path) -> PipelineError {
 }
 
 /// The title of the result of an input.
-pub(crate) fn title(input: &Path) -> String {
+pub(crate) fn title(input: &Path, params: &Params) -> String {
+    if !params.output.title.is_empty() {
+        return params.output.title.clone();
+    }
     input.file_stem().map_or_else(|| "city".to_owned(), |n| n.to_string_lossy().into_owned())
 }
 

@@ -5,6 +5,7 @@ use crate::geography;
 use crate::params::{Format, Params};
 use crate::stages::holes::Hole;
 use crate::stages::split::Blocks;
+use crate::stages::vectors;
 use gable_blocks::SplitReport;
 use gable_geometry::{Crs, DVec3};
 use gable_scene::WarningKind;
@@ -168,6 +169,11 @@ pub(crate) fn of_place(blocks: &Blocks, params: &Params) -> Vec<InputWarning> {
     if params.output.formats.iter().any(|format| matches!(format, Format::Tiles3d | Format::MeshTiles3d)) {
         let heights = geography::zero(crs, centre, params.geoid().ok().flatten());
         out.extend(heights.said.map(|said| InputWarning::new(said.0, &said.1, 1, Vec::new())));
+    }
+    if params.output.formats.contains(&Format::GeoJson) && vectors::projection(crs).is_none() {
+        let what = "reference system without longitude and latitude";
+        let consequence = "no GeoJSON is written, which has nothing else: say which system it is by --crs EPSG:code";
+        out.push(InputWarning::new(what, consequence, 1, Vec::new()));
     }
     out
 }

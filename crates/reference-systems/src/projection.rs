@@ -1,6 +1,7 @@
 //! Where coordinates lie on Earth.
 
 use crate::table::{horizontal, system};
+use crate::tangent::Tangent;
 use gable_geometry::Crs;
 use proj4rs::Proj;
 
@@ -16,9 +17,13 @@ pub struct Geographic {
 }
 
 /// The way from a plane in metres to longitude and latitude.
-pub struct Projection {
-    from: Proj,
-    to: Proj,
+pub struct Projection(Way);
+
+enum Way {
+    /// By the definition of the system.
+    Projected { from: Box<Proj>, to: Box<Proj> },
+    /// Of a local tangent plane.
+    Tangent(Tangent),
 }
 
 /// A projected system as PROJ writes it, if that is known.
@@ -27,10 +32,19 @@ pub(crate) fn definition(code: u32) -> Option<&'static str> {
     known.or_else(|| system(code).map(|s| s.proj).filter(|text| !text.is_empty()))
 }
 
+/// The definition of a projected system as well-known text (WKT 1, as GDAL writes it), if that is known.
+#[must_use]
+pub fn well_known_text(code: u32) -> Option<&'static str> {
+    u16::try_from(code).ok().and_then(crs_definitions::from_code).map(|d| d.wkt).filter(|text| !text.is_empty())
+}
+
 impl Projection {
     /// That of a system; `None` if it is not known, or not in metres, or its axes point elsewhere than to east and north.
     #[must_use]
     pub fn of(crs: &Crs) -> Option<Self> {
+        if let Crs::Enu { latitude, longitude, .. } = *crs {
+            return Some(Self(Way::Tangent(Tangent::at(longitude, latitude))));
+        }
         let found = system(horizontal(crs)?)?;
         let turned = found.axes.contains(['W', 'S']);
         if found.plan_unit != Some(1.0) || turned {
@@ -38,14 +52,18 @@ impl Projection {
         }
         let from = Proj::from_proj_string(definition(found.code)?).ok()?;
         let to = Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs").ok()?;
-        Some(Self { from, to })
+        Some(Self(Way::Projected { from: Box::new(from), to: Box::new(to) }))
     }
 
     /// Longitude and latitude of a point, degrees; `None` where the plane does not reach.
     #[must_use]
     pub fn degrees(&self, easting: f64, northing: f64) -> Option<(f64, f64)> {
+        let (from, to) = match &self.0 {
+            Way::Tangent(tangent) => return tangent.degrees(easting, northing),
+            Way::Projected { from, to } => (from, to),
+        };
         let mut point = (easting, northing, 0.0);
-        proj4rs::transform::transform(&self.from, &self.to, &mut point).ok()?;
+        proj4rs::transform::transform(from, to, &mut point).ok()?;
         let (longitude, latitude) = (point.0.to_degrees(), point.1.to_degrees());
         (longitude.is_finite() && latitude.is_finite() && latitude.abs() <= 90.0).then_some((longitude, latitude))
     }
@@ -92,6 +110,11 @@ mod tests {
         }
         let pair = Crs::Compound { horizontal: 25832, vertical: 7837 };
         assert_eq!(place(&pair, 691_000.0, 5_334_000.0), place(&Crs::Epsg(25832), 691_000.0, 5_334_000.0));
+        // By PROJ 9.1: +proj=ortho +lat_0=52 +lon_0=4.36 +ellps=WGS84, which has the same plane.
+        let plane = Crs::Enu { latitude: 52.0, longitude: 4.36, height: 0.0 };
+        let found = place(&plane, 1000.0, -2000.0).unwrap();
+        let off = (found.longitude - 4.374_555).abs().max((found.latitude - 51.982_024).abs());
+        assert!(off < 2.0e-6 && (found.scale - 1.0).abs() < 0.006, "{found:?}");
         assert_eq!(place(&Crs::Epsg(4326), 9.0, 48.0), None);
         assert_eq!(place(&Crs::Unknown, 9.0, 48.0), None);
     }

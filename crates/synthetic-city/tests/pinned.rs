@@ -49,6 +49,7 @@ fn cities_from_a_model_stay_what_they_are() {
     let town = scene(&SynthParams { seed: 5, source, ..SynthParams::default() }).expect("a town");
     let model = CityModel {
         title: "Town".to_owned(),
+        metadata: Default::default(),
         origin: [0.0; 3],
         crs: Crs::Unknown,
         buildings: town.buildings.iter().map(|b| b.truth.clone()).collect(),

@@ -109,6 +109,7 @@ fn copies_of_a_model_stay_valid() {
     let town = make(Source::Procedural { area_km2: 0.02 }, 5, 0.05);
     let model = CityModel {
         title: "Town".to_owned(),
+        metadata: Default::default(),
         origin: [0.0; 3],
         crs: Crs::Unknown,
         buildings: town.buildings.iter().map(|b| b.truth.clone()).collect(),
@@ -134,8 +135,14 @@ fn copies_of_a_model_stay_valid() {
 
 #[test]
 fn a_model_without_solids_is_refused() {
-    let model =
-        CityModel { title: String::new(), origin: [0.0; 3], crs: Crs::Unknown, buildings: Vec::new(), terrain: None };
+    let model = CityModel {
+        title: String::new(),
+        metadata: Default::default(),
+        origin: [0.0; 3],
+        crs: Crs::Unknown,
+        buildings: Vec::new(),
+        terrain: None,
+    };
     let params = SynthParams { source: Source::Truth { model: Box::new(model), repeat: 1 }, ..SynthParams::default() };
     let message = scene(&params).err().expect("an error").to_string();
     assert!(message.starts_with("the truth has no building with a usable LOD2 solid"), "{message}");

@@ -210,7 +210,8 @@ pub(crate) struct ParamArgs {
     /// Refuse a mesh with damage that else is left out and counted: vertices that are no numbers, damaged files among others
     #[arg(long)]
     pub(crate) strict: bool,
-    /// Output formats, joined by commas: cityjson, cityjsonseq, citygml, 3dtiles, mesh-3dtiles
+    /// Output formats, joined by commas: cityjson, cityjsonseq, citygml, 3dtiles, mesh-3dtiles, citygml3, obj,
+    /// glb, geotiff, geopackage, flatgeobuf, geojson
     #[arg(long, value_name = "LIST")]
     pub(crate) formats: Option<String>,
     /// Threads; 0 for one on each core

@@ -6,7 +6,7 @@ use super::surfaces::{Defect, Gather, Library, positions};
 use super::write::PROPERTIES;
 use crate::budget::{self, Shared};
 use crate::error::{Note, ReadOptions, Reading};
-use crate::{Attributes, Building, CityModel, Error, Semantic, Shell, Terrain, Value};
+use crate::{Attributes, Building, CityModel, Error, Metadata, Semantic, Shell, Terrain, Value};
 use gable_files::Reach;
 use gable_geometry::{Crs, DVec3, Frame};
 use std::cell::RefCell;
@@ -34,7 +34,8 @@ pub fn read_citygml(path: &Path, options: &ReadOptions) -> Result<Reading, Error
         return Err(failed((0, format!("the root is {root:?}, not a CityModel"))));
     }
     let City { title, crs, origin, buildings, terrain, notes, .. } = city;
-    let model = CityModel { title, origin: origin.unwrap_or([0.0; 3]), crs, buildings, terrain };
+    let model =
+        CityModel { title, metadata: Metadata::default(), origin: origin.unwrap_or([0.0; 3]), crs, buildings, terrain };
     Ok(Reading { model, notes })
 }
 

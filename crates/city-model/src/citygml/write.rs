@@ -1,5 +1,6 @@
 //! CityGML 2.0 files, written as a stream.
 
+use super::metadata;
 use super::names::{ROOF_TYPE_LIST, gml_id, roof_type_code, unit};
 use super::xml::{Xml, decimal};
 use crate::cityjson::{Header, clean, part_id, semantic_name};
@@ -32,7 +33,7 @@ const NAMESPACES: [(&str, &str); 8] = [
 /// A URN stands for the order of the axes in EPSG's definition, and programs that keep to that (GDAL, FME) would swap the coordinates
 /// of a system that names its northing first. The short form stands for easting, northing with all of them. 3DCityDB reads either
 /// form, and never swaps.
-fn srs_name(crs: &Crs) -> String {
+pub(super) fn srs_name(crs: &Crs) -> String {
     let short = northing_first(crs);
     match crs {
         Crs::Epsg(_) | Crs::Compound { .. } if short => crs.to_string(),
@@ -72,6 +73,7 @@ impl<W: Write> GmlWriter<W> {
         let mut xml = Xml::new(out)?;
         let origin = header.origin.map(|v| (v * STEPS_PER_METRE).round() as i64);
         xml.open("CityModel", &NAMESPACES)?;
+        metadata::write(&mut xml, header)?;
         if let Crs::Enu { .. } = header.crs {
             xml.leaf("gml:description", &[], &header.crs.to_string())?;
         }
@@ -335,7 +337,7 @@ pub(super) const PROPERTIES: [&str; 7] =
     ["class", "function", "usage", "yearOfConstruction", "roofType", "measuredHeight", "storeysAboveGround"];
 
 /// The text of an attribute that is a property, if its value fits the property's type.
-fn property(name: &str, value: &Value) -> Option<String> {
+pub(super) fn property(name: &str, value: &Value) -> Option<String> {
     match (name, value) {
         ("class" | "function" | "usage" | "roofType", Value::Text(t)) => Some(t.clone()),
         ("yearOfConstruction", Value::Integer(y)) if (1..=9999).contains(y) => Some(format!("{y:04}")),
@@ -347,11 +349,11 @@ fn property(name: &str, value: &Value) -> Option<String> {
 }
 
 /// A finite number with at most six decimals.
-fn number(n: f64) -> String {
+pub(super) fn number(n: f64) -> String {
     clean(n).unwrap_or_default().to_string()
 }
 
-fn finite(id: &str, attributes: &Attributes) -> Result<(), Error> {
+pub(super) fn finite(id: &str, attributes: &Attributes) -> Result<(), Error> {
     for (name, value) in attributes {
         if let Value::Number(n) = value
             && !n.is_finite()

@@ -4,7 +4,7 @@ use super::schema_in::{InDocument, InGeometry, InObject, Semantics};
 use crate::budget::{self, Shared, TOO_MUCH};
 use crate::error::{Note, ReadOptions, Reading};
 use crate::semantics::{self, kind_of};
-use crate::{Attributes, Building, CityModel, Error, Face, Lods, Shell, Terrain, Value};
+use crate::{Attributes, Building, CityModel, Error, Face, Lods, Metadata, Shell, Terrain, Value};
 use gable_files::Reach;
 use gable_geometry::{Crs, DVec3, Frame};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -110,7 +110,7 @@ impl<'a> City<'a> {
     fn finish(self) -> Reading {
         let origin = self.origin.unwrap_or([0.0; 3]);
         let Self { title, crs, buildings, terrain, notes, .. } = self;
-        Reading { model: CityModel { title, origin, crs, buildings, terrain }, notes }
+        Reading { model: CityModel { title, metadata: Metadata::default(), origin, crs, buildings, terrain }, notes }
     }
 
     /// Adds the objects of a file or feature.

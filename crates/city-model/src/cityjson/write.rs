@@ -3,7 +3,7 @@
 use super::objects::{self, world};
 use super::schema::VertexPool;
 use crate::quantise::{STEPS_PER_METRE, from_lattice, lattice};
-use crate::{CityModel, Error, Lods, Shell};
+use crate::{CityModel, Error, Lods, Metadata, Shell};
 use gable_geometry::{Crs, DVec3};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -15,6 +15,8 @@ use std::path::Path;
 pub struct Header {
     /// Title of the data set.
     pub title: String,
+    /// What else it tells of itself.
+    pub metadata: Metadata,
     /// World coordinates of the local origin, whole metres.
     pub origin: [f64; 3],
     /// Reference system of the world coordinates.
@@ -37,7 +39,13 @@ impl Header {
         let extent = points.fold(None, |extent: Option<(DVec3, DVec3)>, &p| {
             Some(extent.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
         });
-        Self { title: model.title.clone(), origin: model.origin, crs: model.crs.clone(), extent }
+        Self {
+            title: model.title.clone(),
+            metadata: model.metadata.clone(),
+            origin: model.origin,
+            crs: model.crs.clone(),
+            extent,
+        }
     }
 
     /// The lowest corner in whole metres: two headers of the same one write the same buildings alike.
@@ -57,7 +65,7 @@ impl Header {
     /// The reference system is an OGC URL for EPSG codes. A pair of plane and heights without a code of its own has none that the
     /// schema lets pass: `referenceSystem` is the plane's, and the heights' stands beside it as `verticalReferenceSystem`. A local
     /// tangent plane has none either: its latitude, longitude and height stand in the metadata as `localTangentPlane`. Both are
-    /// free properties.
+    /// free properties, and so is `lineage`.
     pub(super) fn open(&self, out: &mut impl Write) -> Result<(), Error> {
         let url = |code: u32| Some(format!("https://www.opengis.net/def/crs/EPSG/0/{code}"));
         let (reference_system, vertical_reference_system, plane) = match self.crs {
@@ -72,8 +80,15 @@ impl Header {
             let [[a, b, c], [d, e, f]] = [low, high].map(|p| world(self.origin, lattice(p)));
             [a, b, c, d, e, f]
         });
-        let metadata = Metadata {
+        let given = &self.metadata;
+        // The schema asks for a name and an address.
+        let contact = given.contact_name.as_deref().zip(given.contact_email.as_deref());
+        let metadata = MetadataOut {
             title: &self.title,
+            identifier: given.identifier.as_deref(),
+            reference_date: given.reference_date.as_deref(),
+            point_of_contact: contact.map(|(contact_name, email_address)| Contact { contact_name, email_address }),
+            lineage: given.lineage.as_deref(),
             reference_system,
             vertical_reference_system,
             local_tangent_plane: plane,
@@ -94,6 +109,13 @@ struct Transform {
 }
 
 #[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Contact<'a> {
+    contact_name: &'a str,
+    email_address: &'a str,
+}
+
+#[derive(Serialize)]
 struct LocalTangentPlane {
     latitude: f64,
     longitude: f64,
@@ -108,8 +130,16 @@ fn is_zero(value: &f64) -> bool {
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
-struct Metadata<'a> {
+struct MetadataOut<'a> {
     title: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identifier: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reference_date: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    point_of_contact: Option<Contact<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lineage: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     reference_system: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -2,6 +2,7 @@
 
 use super::glb::Glb;
 use super::metadata::Table;
+use crate::surface_kinds::{KINDS, kind};
 use crate::{Attributes, Building, Error, Semantic, Shell, Terrain, quantised, triangulate};
 use gable_geometry::{Box2, DVec3, dvec3};
 use serde_json::{Value, json};
@@ -72,21 +73,6 @@ pub fn block_error(buildings: &[Building]) -> f64 {
         if top.is_finite() { roofs.map(|z| (z - top).abs()).fold(0.0, f64::max) } else { 0.0 }
     };
     buildings.iter().map(of).fold(LEAST_ERROR, f64::max)
-}
-
-/// Surface kinds as the enumeration of the feature table numbers them, with their colours.
-const KINDS: [(&str, [u8; 4]); 3] = [
-    ("GroundSurface", [120, 120, 116, 255]),
-    ("WallSurface", [214, 208, 197, 255]),
-    ("RoofSurface", [171, 84, 66, 255]),
-];
-
-fn kind(semantic: Semantic) -> u8 {
-    match semantic {
-        Semantic::GroundSurface => 0,
-        Semantic::WallSurface => 1,
-        Semantic::RoofSurface => 2,
-    }
 }
 
 /// Vertices of a mesh, in the order of their triangles.
@@ -286,12 +272,12 @@ pub fn terrain_content(terrain: &Terrain, texture: &GroundTexture) -> Result<Opt
 }
 
 /// East, north, up as glTF has them: x east, y up, z south.
-fn to_gltf(p: DVec3) -> DVec3 {
+pub(crate) fn to_gltf(p: DVec3) -> DVec3 {
     dvec3(p.x, p.z, -p.y)
 }
 
 /// Positions in f32 about a whole metre, as glTF has them; what to add to them; and a box in local metres around what a reader gets.
-pub(super) fn centred(points: &[DVec3]) -> (Vec<[f32; 3]>, [f64; 3], DVec3, DVec3) {
+pub(crate) fn centred(points: &[DVec3]) -> (Vec<[f32; 3]>, [f64; 3], DVec3, DVec3) {
     let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
     let centre = ((low + high) / 2.0).round();
     let positions: Vec<[f32; 3]> = points.iter().map(|&p| to_gltf(p - centre).as_vec3().to_array()).collect();

@@ -4,14 +4,14 @@ use serde_json::{Value, json};
 
 /// What a buffer view is for, as glTF numbers it.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Target {
+pub(crate) enum Target {
     Vertices = 34962,
     Indices = 34963,
 }
 
 /// The parts of a GLB: its binary chunk with views and accessors into it.
 #[derive(Debug, Default)]
-pub(super) struct Glb {
+pub(crate) struct Glb {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -19,7 +19,7 @@ pub(super) struct Glb {
 
 impl Glb {
     /// Adds bytes as a view; gives its number. All views begin at multiples of eight, as tables of metadata ask.
-    pub(super) fn view(&mut self, bytes: &[u8], target: Option<Target>) -> usize {
+    pub(crate) fn view(&mut self, bytes: &[u8], target: Option<Target>) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(8), 0);
         let mut view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
         if let Some(target) = target {
@@ -31,7 +31,7 @@ impl Glb {
     }
 
     /// Adds vectors of floats; gives the number of the accessor.
-    pub(super) fn vectors<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
+    pub(crate) fn vectors<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes, Some(Target::Vertices));
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
@@ -46,7 +46,7 @@ impl Glb {
     }
 
     /// Adds colours; gives the number of the accessor.
-    pub(super) fn colours(&mut self, values: &[[u8; 4]]) -> usize {
+    pub(crate) fn colours(&mut self, values: &[[u8; 4]]) -> usize {
         let view = self.view(&values.concat(), Some(Target::Vertices));
         self.accessors.push(json!({
             "bufferView": view, "componentType": 5121, "normalized": true, "count": values.len(), "type": "VEC4",
@@ -55,7 +55,7 @@ impl Glb {
     }
 
     /// Adds colours in linear light, opaque; gives the number of the accessor. A byte would not tell dark colours apart.
-    pub(super) fn light(&mut self, values: &[[u16; 3]]) -> usize {
+    pub(crate) fn light(&mut self, values: &[[u16; 3]]) -> usize {
         let bytes: Vec<u8> =
             values.iter().flat_map(|&[r, g, b]| [r, g, b, u16::MAX]).flat_map(u16::to_le_bytes).collect();
         let view = self.view(&bytes, Some(Target::Vertices));
@@ -66,7 +66,7 @@ impl Glb {
     }
 
     /// Adds indices, in two bytes where that is enough; gives the number of the accessor.
-    pub(super) fn indices(&mut self, values: &[u32]) -> usize {
+    pub(crate) fn indices(&mut self, values: &[u32]) -> usize {
         // The largest number of either width is kept for ends of strips.
         let short = values.iter().all(|&v| v < u32::from(u16::MAX));
         let bytes: Vec<u8> = match short {
@@ -81,7 +81,7 @@ impl Glb {
     }
 
     /// The file, `document` being the rest of its JSON.
-    pub(super) fn finish(mut self, mut document: Value) -> Vec<u8> {
+    pub(crate) fn finish(mut self, mut document: Value) -> Vec<u8> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         document["asset"] = json!({ "version": "2.0", "generator": concat!("gable ", env!("CARGO_PKG_VERSION")) });
         document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);

@@ -13,10 +13,10 @@
 //!   each with every attribute of the model.
 //! - **Order.** The same model gives the same bytes.
 
-mod content;
+pub(crate) mod content;
 mod earth;
 mod far;
-mod glb;
+pub(crate) mod glb;
 mod metadata;
 mod surface;
 mod tileset;

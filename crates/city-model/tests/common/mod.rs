@@ -106,6 +106,7 @@ pub(crate) fn city(crs: Crs) -> CityModel {
     };
     CityModel {
         title: "A \"city\"".to_owned(),
+        metadata: Default::default(),
         origin: [85_000.0, 446_000.0, 0.0],
         crs,
         buildings: vec![one, two, three],

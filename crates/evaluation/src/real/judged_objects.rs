@@ -204,7 +204,14 @@ mod tests {
             lods: Lods { roof_edge: Some(flat(*roof)), footprint: Some(flat([0.0, 0.0, 1.0, 1.0])), ..Lods::default() },
         };
         let buildings = roofs.iter().enumerate().map(building).collect();
-        CityModel { title: String::new(), origin: [0.0; 3], crs: Crs::Unknown, buildings, terrain: None }
+        CityModel {
+            title: String::new(),
+            metadata: Default::default(),
+            origin: [0.0; 3],
+            crs: Crs::Unknown,
+            buildings,
+            terrain: None,
+        }
     }
 
     /// A mesh of 100 m × 40 m with six buildings, one of two parts and one too small to count.

@@ -281,6 +281,7 @@ pub(crate) mod tests {
         let building = Building { id: "a".to_owned(), attributes: Attributes::new(), lods };
         let truth = CityModel {
             title: String::new(),
+            metadata: Default::default(),
             origin: [100.0, 0.0, 0.0],
             crs: gable_geometry::Crs::Unknown,
             buildings: vec![building],

@@ -63,7 +63,14 @@ pub(crate) fn house(id: &str, x: f64, y: f64, width: f64, depth: f64, height: f6
 }
 
 pub(crate) fn city(buildings: Vec<Building>) -> CityModel {
-    CityModel { title: "made <by> hand".to_owned(), origin: [0.0; 3], crs: Crs::Unknown, buildings, terrain: None }
+    CityModel {
+        title: "made <by> hand".to_owned(),
+        metadata: Default::default(),
+        origin: [0.0; 3],
+        crs: Crs::Unknown,
+        buildings,
+        terrain: None,
+    }
 }
 
 pub(crate) fn moved(model: &CityModel, by: DVec3) -> CityModel {

@@ -213,6 +213,20 @@ choices! {
         Tiles3d = "3dtiles",
         /// 3D Tiles 1.1 of the mesh itself, thinned out and coloured, to compare.
         MeshTiles3d = "mesh-3dtiles",
+        /// CityGML 3.0, one file for each tile.
+        CityGml3 = "citygml3",
+        /// Wavefront OBJ of the models, one file for each tile.
+        Obj = "obj",
+        /// GLB (glTF 2.0) of the models, one file for each tile.
+        Glb = "glb",
+        /// Cloud-optimised GeoTIFF of the city from above: orthophoto, DSM, DTM, nDSM, labels.
+        GeoTiff = "geotiff",
+        /// GeoPackage of footprints and roof surfaces, one for the city.
+        GeoPackage = "geopackage",
+        /// FlatGeobuf of footprints and of roof surfaces.
+        FlatGeobuf = "flatgeobuf",
+        /// GeoJSON of footprints and of roof surfaces, in longitude and latitude.
+        GeoJson = "geojson",
     }
 }
 

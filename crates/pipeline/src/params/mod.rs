@@ -14,6 +14,7 @@ pub use table::{
     SamplingParams, SegmentationParams, ValidationParams,
 };
 
+use gable_city_model::Metadata;
 use gable_geometry::Crs;
 
 /// A parameter that does not hold. Each message says what to do.
@@ -267,6 +268,19 @@ impl Params {
         self.output.formats.contains(&Format::MeshTiles3d)
     }
 
+    /// What the data set tells of itself.
+    #[must_use]
+    pub(crate) fn metadata(&self) -> Metadata {
+        let given = |text: &String| (!text.is_empty()).then(|| text.clone());
+        Metadata {
+            identifier: given(&self.output.identifier),
+            reference_date: given(&self.output.reference_date),
+            contact_name: given(&self.output.contact_name),
+            contact_email: given(&self.output.contact_email),
+            lineage: given(&self.output.lineage),
+        }
+    }
+
     /// Checks every limit, and what has to go together.
     ///
     /// # Errors
@@ -278,6 +292,7 @@ impl Params {
         }
         self.origin()?;
         self.geoid()?;
+        self.check_metadata()?;
         let block = self.grid.block_size;
         if block > 0.0 && block < 10.0 * self.sampling.step {
             return Err(ParamError::Together(format!(
@@ -294,6 +309,38 @@ impl Params {
         Ok(())
     }
 
+    /// Checks what the data set tells of itself.
+    fn check_metadata(&self) -> Result<(), ParamError> {
+        let output = &self.output;
+        let texts = [
+            ("output.title", &output.title),
+            ("output.identifier", &output.identifier),
+            ("output.contact_name", &output.contact_name),
+            ("output.contact_email", &output.contact_email),
+            ("output.lineage", &output.lineage),
+        ];
+        if let Some((name, text)) = texts.into_iter().find(|(_, text)| text.chars().any(char::is_control)) {
+            return Err(ParamError::Value {
+                name: name.to_owned(),
+                value: format!("{text:?}"),
+                expected: "a text of one line".to_owned(),
+            });
+        }
+        if output.contact_name.is_empty() != output.contact_email.is_empty() {
+            let reason = "output.contact_name and output.contact_email go together: CityJSON asks for both";
+            return Err(ParamError::Together(reason.to_owned()));
+        }
+        let day = &output.reference_date;
+        if !day.is_empty() && !is_day(day) {
+            return Err(ParamError::Value {
+                name: "output.reference_date".to_owned(),
+                value: day.clone(),
+                expected: "a day such as 2025-06-30".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
     /// The values of `groups` as text, one `name=value` line each, in the order of declaration: equal texts
     /// mean equal results, so this is what to hash. The group `resources` is left out even if named, because
     /// nothing of the result depends on it.
@@ -305,6 +352,28 @@ impl Params {
         }
         text
     }
+}
+
+/// Whether a text is a day of the calendar, `YYYY-MM-DD`.
+fn is_day(text: &str) -> bool {
+    let parts: Vec<&str> = text.split('-').collect();
+    let [year, month, day] = parts.as_slice() else { return false };
+    let number = |part: &str, digits: usize| {
+        let is_number = part.len() == digits && part.bytes().all(|b| b.is_ascii_digit());
+        if is_number { part.parse::<u32>().ok() } else { None }
+    };
+    let (Some(year), Some(month), Some(day)) = (number(year, 4), number(month, 2), number(day, 2)) else {
+        return false;
+    };
+    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let last = match month {
+        2 if is_leap => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return false,
+    };
+    year > 0 && (1..=last).contains(&day)
 }
 
 /// The preset and the settings of a config file. Parameters stand in tables by group (`[sampling]`,

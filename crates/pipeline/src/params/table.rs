@@ -211,6 +211,18 @@ parameters! {
     output: OutputParams {
         /// Formats, joined by commas.
         formats: Vec<Format> = vec![Format::CityJson, Format::CityJsonSeq, Format::CityGml], "", ANY;
+        /// Title of the data set; empty for the name of the input.
+        title: String = String::new(), "", ANY;
+        /// Identifier of the data set.
+        identifier: String = String::new(), "", ANY;
+        /// Day that the data stand for, such as that of the flight: YYYY-MM-DD.
+        reference_date: String = String::new(), "", ANY;
+        /// Name of the person or organisation to ask about the data set.
+        contact_name: String = String::new(), "", ANY;
+        /// Its address for electronic mail.
+        contact_email: String = String::new(), "", ANY;
+        /// Where the data come from, and what was done to them, in a sentence or two.
+        lineage: String = String::new(), "", ANY;
         /// Height of the zero of heights above the ellipsoid, for 3D Tiles; auto takes the geoid of EGM96 where the system names heights above the sea, else 0.
         geoid: String = "auto".to_owned(), "m", ANY;
         /// Whether the terrain is written.

@@ -104,3 +104,21 @@ fn survives_json() {
     assert_eq!(serde_json::from_str::<Params>(&text).unwrap(), params);
     assert!(serde_json::from_str::<Params>("{\"sampling\":{\"stp\":1}}").is_err());
 }
+
+#[test]
+fn what_a_data_set_tells_of_itself_is_checked() {
+    let checked = |settings: &[(&str, &str)]| {
+        let settings: Vec<_> = settings.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        Params::assemble(None, None, &settings).and_then(|params| params.check()).map_err(|e| e.to_string())
+    };
+    for day in ["2024-02-29", "1999-12-31"] {
+        assert_eq!(checked(&[("output.reference_date", day)]), Ok(()));
+    }
+    for day in ["2023-02-29", "2025-13-01", "2025-4-30", "30.4.2025", "2025-04-31", "0000-01-01", "2025-04-+1"] {
+        assert!(checked(&[("output.reference_date", day)]).unwrap_err().contains("2025-06-30"), "{day}");
+    }
+    let contact = [("output.contact_name", "City of Delft")];
+    assert!(checked(&contact).unwrap_err().contains("contact_email"));
+    assert_eq!(checked(&[contact[0], ("output.contact_email", "geo@delft.example")]), Ok(()));
+    assert!(checked(&[("output.lineage", "a\nb")]).unwrap_err().contains("one line"));
+}

@@ -6,12 +6,14 @@ pub(crate) mod labels;
 pub(crate) mod mesh_tiles;
 pub(crate) mod model;
 pub(crate) mod prepare;
+pub(crate) mod rasters;
 pub(crate) mod sample;
 pub(crate) mod segment;
 pub(crate) mod split;
 pub(crate) mod stitch;
 pub(crate) mod terrain;
 pub(crate) mod tiles3d;
+pub(crate) mod vectors;
 pub(crate) mod write;
 
 use crate::params::Params;

@@ -137,7 +137,14 @@ impl Modeller<'_> {
                     other => other?,
                 };
                 context.observer.done(Stage::Model, &task.id);
-                let record = |id, made| record(task, id, made, tile, self.blocks.frame(), step, note.clone());
+                let record = |id, made| {
+                    let mut modelled = record(task, id, made, tile, self.blocks.frame(), step, note.clone());
+                    // What is measured holds against what is told.
+                    for (name, value) in self.told(task) {
+                        modelled.building.attributes.entry(name.clone()).or_insert_with(|| value.clone());
+                    }
+                    modelled
+                };
                 Ok(match made {
                     Err(reason) => vec![record(task.id.clone(), Err(reason))],
                     Ok(models) => {
@@ -148,6 +155,12 @@ impl Modeller<'_> {
             })
             .collect::<Result<_, PipelineError>>()?;
         Ok(made.into_iter().flatten().collect())
+    }
+
+    /// What its footprint tells of a building.
+    fn told(&self, task: &Task) -> impl Iterator<Item = (&String, &Value)> {
+        let footprint = task.footprint.and_then(|number| self.footprints?.footprints.get(number));
+        footprint.into_iter().flat_map(|footprint| &footprint.attributes)
     }
 
     /// Identifiers of the buildings of a task: after a square metre that each fills. Those that are too narrow for that, and

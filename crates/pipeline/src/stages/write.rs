@@ -3,7 +3,7 @@
 use super::model::{self, Modelled, Tile};
 use super::sample::Seen;
 use super::split::Blocks;
-use super::{Context, mesh_tiles, tiles3d};
+use super::{Context, mesh_tiles, rasters, tiles3d, vectors};
 use crate::artefact;
 use crate::failure::{Failures, guarded, is_local};
 use crate::mosaic::Mosaic;
@@ -45,6 +45,8 @@ impl IndexEntry {
 struct Index<'a> {
     title: &'a str,
     crs: String,
+    /// Easting, northing and height of the local origin, which OBJ and GLB are relative to.
+    origin: [f64; 3],
     step_m: f64,
     grid: [u32; 2],
     city: Option<&'a str>,
@@ -54,6 +56,12 @@ struct Index<'a> {
 
 /// Name of the file of the whole city.
 pub(crate) const CITY: &str = "city.city.jsonl";
+
+/// The end of the names of files of CityGML 3.0.
+const CITYGML3: &str = ".citygml3.gml";
+
+/// Ends of the names of a tile's files; of those that end alike, the longer one first.
+const OF_TILES: [&str; 6] = [".city.json", CITYGML3, ".gml", ".obj", ".mtl", ".glb"];
 
 /// Writes all formats that are asked for; returns the names of the files, relative to `out`.
 pub(crate) fn write(
@@ -117,7 +125,8 @@ pub(crate) fn write(
     if context.params.output.formats.contains(&Format::CityJsonSeq) {
         city(context, blocks, &tiles, &tins, title, &out.join(CITY))?;
     }
-    let files = index(context, blocks, entries, &layers, title, out)?;
+    let mut files = index(context, blocks, entries, &layers, title, out)?;
+    files.extend(vectors::write(context, blocks, &tiles, out)?);
     sweep(out, &files)?;
     Ok(files)
 }
@@ -155,6 +164,7 @@ pub(crate) fn tile(
     let tin = if context.params.output.terrain { tin(context, blocks, terrain, ix, iy)? } else { None };
     let model = CityModel {
         title: format!("{title}, tile {ix}_{iy}"),
+        metadata: context.params.metadata(),
         origin: blocks.frame().origin,
         crs: blocks.frame().crs.clone(),
         buildings: written(modelled),
@@ -167,6 +177,9 @@ pub(crate) fn tile(
         let name = match format {
             Format::CityJson => format!("{ix}_{iy}.city.json"),
             Format::CityGml => format!("{ix}_{iy}.gml"),
+            Format::CityGml3 => format!("{ix}_{iy}{CITYGML3}"),
+            Format::Obj => format!("{ix}_{iy}.obj"),
+            Format::Glb => format!("{ix}_{iy}.glb"),
             Format::Tiles3d => {
                 let Some(window) = blocks.core(ix, iy) else { continue };
                 let (buildings, tin) = (&model.buildings, model.terrain.as_ref().map(|tin| (terrain, tin)));
@@ -184,7 +197,10 @@ pub(crate) fn tile(
                 }
                 continue;
             }
-            Format::CityJsonSeq => continue,
+            // These come once for the city.
+            Format::CityJsonSeq | Format::GeoTiff | Format::GeoPackage | Format::FlatGeobuf | Format::GeoJson => {
+                continue;
+            }
         };
         if is_empty {
             continue;
@@ -193,6 +209,17 @@ pub(crate) fn tile(
         let mut bytes = Vec::new();
         match format {
             Format::CityGml => gable_city_model::write_citygml(&model, &mut bytes).map_err(wrong)?,
+            Format::CityGml3 => gable_city_model::write_citygml3(&model, &mut bytes).map_err(wrong)?,
+            Format::Glb => bytes = gable_city_model::write_glb(&model).map_err(wrong)?.unwrap_or_default(),
+            Format::Obj => {
+                let materials = format!("{ix}_{iy}.mtl");
+                gable_city_model::write_obj(&model, &materials, &mut bytes).map_err(wrong)?;
+                let mut text = Vec::new();
+                gable_city_model::write_mtl(&mut text).map_err(wrong)?;
+                let materials = format!("tiles/{materials}");
+                artefact::write(&out.join(&materials), &text)?;
+                files.push(materials);
+            }
             _ => gable_city_model::write_cityjson(&model, &mut bytes).map_err(wrong)?,
         }
         let name = format!("tiles/{name}");
@@ -229,6 +256,7 @@ pub(crate) fn index(
     let index = Index {
         title,
         crs: blocks.frame().crs.to_string(),
+        origin: blocks.frame().origin,
         step_m: context.params.sampling.step,
         grid: blocks.grid(),
         city,
@@ -249,10 +277,11 @@ fn sweep(out: &Path, files: &[String]) -> Result<(), PipelineError> {
     };
     let folder = out.join("tiles");
     let mut stale = vec![CITY.to_owned(), "report.html".to_owned(), "report.json".to_owned()];
+    stale.extend(rasters::FILES.into_iter().chain(vectors::FILES).map(str::to_owned));
     for entry in std::fs::read_dir(&folder).map_err(failed(&folder))? {
         let name = entry.map_err(failed(&folder))?.file_name();
         let Some(name) = name.to_str() else { continue };
-        let Some(stem) = name.strip_suffix(".city.json").or_else(|| name.strip_suffix(".gml")) else { continue };
+        let Some(stem) = OF_TILES.iter().find_map(|ending| name.strip_suffix(ending)) else { continue };
         let number = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
         if stem.split_once('_').is_some_and(|(ix, iy)| number(ix) && number(iy)) {
             stale.push(format!("tiles/{name}"));
@@ -290,7 +319,7 @@ fn city(
     title: &str,
     path: &Path,
 ) -> Result<(), PipelineError> {
-    let header = header(blocks, title);
+    let header = header(context.params, blocks, title);
     let mut failure = None;
     artefact::write_with(path, |file| {
         let fill = || -> Result<(), PipelineError> {
@@ -354,9 +383,15 @@ pub(crate) fn join(
 }
 
 /// The first line of the file of the whole city.
-pub(crate) fn header(blocks: &Blocks, title: &str) -> Header {
+pub(crate) fn header(params: &Params, blocks: &Blocks, title: &str) -> Header {
     let frame = blocks.frame();
-    Header { title: title.to_owned(), origin: frame.origin, crs: frame.crs.clone(), extent: Some(blocks.extent()) }
+    Header {
+        title: title.to_owned(),
+        metadata: params.metadata(),
+        origin: frame.origin,
+        crs: frame.crs.clone(),
+        extent: Some(blocks.extent()),
+    }
 }
 
 /// The terrain of a tile as triangles; neighbours share the vertices along their border.

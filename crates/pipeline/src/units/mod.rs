@@ -201,7 +201,7 @@ impl Unit<'_> {
 
     /// The result as the title of files names it.
     fn title(&self) -> String {
-        crate::run::title(self.job.source)
+        crate::run::title(self.job.source, self.job.params)
     }
 }
 

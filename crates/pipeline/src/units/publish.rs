@@ -13,7 +13,7 @@ use crate::stages::model::{self, Tile};
 use crate::stages::sample::{self, Seen};
 use crate::stages::segment::{self, Labelled};
 use crate::stages::split::Blocks;
-use crate::stages::{labels, write as stage};
+use crate::stages::{labels, rasters, vectors, write as stage};
 use crate::summary::peak_memory_bytes;
 use crate::warnings::{self, InputWarning};
 use crate::{PipelineError, Stage, artefact, report};
@@ -62,7 +62,7 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         }
     }
     if params.output.formats.contains(&Format::CityJsonSeq) {
-        let header = stage::header(&blocks, &unit.title());
+        let header = stage::header(params, &blocks, &unit.title());
         stage::join(context, &header, &lines.concat(), &out.join(stage::CITY))?;
     }
     let tiles: BTreeSet<String> = entries.iter().flat_map(|e| e.files.iter().cloned()).collect();
@@ -72,17 +72,25 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         Mosaic::new(files.iter().map(tile).collect(), params.sampling.step, context.cache_bytes() / 8)
     };
     let labelled = Labelled { labels: labels_of(&stitched.labels), ..segment::gather(context, Vec::new()) };
+    let tiles_of_models: Vec<Tile> = (blocks.with_data().into_iter())
+        .map(|(ix, iy)| Tile { ix, iy, path: folder.join(model::model_file(ix, iy)) })
+        .filter(|tile| tile.path.is_file())
+        .collect();
+    let written = |tile: &&Tile| folder.join(written_file(&format!("{}_{}", tile.ix, tile.iy))).is_file();
+    let tiles_that_are_written: Vec<&Tile> = tiles_of_models.iter().filter(written).collect();
+    files.extend(vectors::write(context, &blocks, &tiles_that_are_written, &out)?);
+    if rasters::are_wanted(params) {
+        let terrain = terrain_file::read(folder)?;
+        files.extend(rasters::write(context, &blocks, &ortho, &labelled, &terrain, &out)?);
+    }
     if params.output.labels {
         files.extend(labels::write(context, &blocks, &labelled, &out)?);
     }
     if params.output.report {
         context.observer.stage(Stage::Report, 1);
-        let tiles: Vec<Tile> = (blocks.with_data().into_iter())
-            .map(|(ix, iy)| Tile { ix, iy, path: folder.join(model::model_file(ix, iy)) })
-            .filter(|tile| tile.path.is_file())
-            .collect();
+        let tiles = &tiles_of_models;
         let seen = seen(unit, &blocks, &sampled);
-        let mut summary = run::summarise(unit.job.source, unit.job.params, &blocks, &seen, &failures, &tiles)?;
+        let mut summary = run::summarise(unit.job.source, unit.job.params, &blocks, &seen, &failures, tiles)?;
         summary.warnings = warnings_of(unit, &blocks, &sampled, &stitched)?;
         summary.stages.clone_from(&unit.history.stages);
         summary.seconds = summary.stages.iter().map(|s| s.wall).sum();
@@ -90,8 +98,7 @@ pub(super) fn publish(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         summary.threads = 1;
         summary.files.clone_from(&files);
         let terrain = terrain_file::read(folder)?;
-        let source =
-            Source { blocks: &blocks, ortho: &ortho, labels: &labelled.labels, terrain: &terrain, tiles: &tiles };
+        let source = Source { blocks: &blocks, ortho: &ortho, labels: &labelled.labels, terrain: &terrain, tiles };
         files.extend(report::write(&out, &unit.title(), &summary, &source)?);
         context.observer.done(Stage::Report, "city");
     }

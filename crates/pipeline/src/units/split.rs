@@ -6,7 +6,7 @@ use super::{Unit, UnitInput, UnitResult, UnitTask, given, map};
 use crate::known::Known;
 use crate::stages::segment::Labeller;
 use crate::stages::terrain::Survey;
-use crate::stages::{model, split as stage};
+use crate::stages::{model, rasters, split as stage, vectors};
 use crate::{PipelineError, Stage, artefact, run};
 use gable_blocks::{BlocksError, Defects, Outliers, SplitReport, write_block};
 use gable_city_model::Header;
@@ -67,6 +67,7 @@ pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
 fn grid_of(report: SplitReport) -> SplitReport {
     let corner = Header {
         title: String::new(),
+        metadata: Default::default(),
         origin: report.grid.frame.origin,
         crs: report.grid.frame.crs.clone(),
         extent: Some((report.min.into(), report.max.into())),
@@ -100,11 +101,14 @@ fn city_wide(unit: &Unit<'_>) -> Vec<UnitTask> {
     if params.drapes_ground() {
         report.extend(names(&["overview/"]));
     }
-    if params.output.report {
-        report.extend(names(&["ortho/", "labels/", "terrain/", "models/"]));
-    } else if params.output.labels {
-        report.extend(names(&["labels/"]));
-    }
+    let (whole, rasters) = (params.output.report, rasters::are_wanted(params));
+    let wanted = [
+        ("ortho/", whole || rasters),
+        ("labels/", whole || rasters || params.output.labels),
+        ("terrain/", whole || rasters),
+        ("models/", whole || vectors::are_wanted(params)),
+    ];
+    report.extend(wanted.into_iter().filter(|(_, wanted)| *wanted).map(|(name, _)| name.to_owned()));
     vec![
         // Whether files of labels and weights are given changes what is asked of the patches.
         task(

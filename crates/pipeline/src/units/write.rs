@@ -52,7 +52,7 @@ pub(super) fn write(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
         made.push(part);
     }
     if context.params.output.formats.contains(&Format::CityJsonSeq) {
-        let parts = stage::lines(context, &stage::header(&blocks, &title), &written)?;
+        let parts = stage::lines(context, &stage::header(context.params, &blocks, &title), &written)?;
         for (part, bytes) in ["buildings", "terrain"].into_iter().zip(parts) {
             let file = lines_file(name, part);
             artefact::write(&folder.join(&file), &bytes)?;

@@ -108,7 +108,8 @@ fn write_buildings(folder: &Path, scene: &Scene, origin: [f64; 3], crs: &Crs) ->
     let extent = corners().fold(None, |extent: Option<(DVec3, DVec3)>, &p| {
         Some(extent.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
     });
-    let header = Header { title: "Synthetic city".to_owned(), origin, crs: crs.clone(), extent };
+    let header =
+        Header { title: "Synthetic city".to_owned(), metadata: Default::default(), origin, crs: crs.clone(), extent };
     let mut writer = SeqWriter::new(out, &header).map_err(|e| wrong(e.to_string()))?;
     writer.write_terrain(&tin(scene)).map_err(|e| wrong(e.to_string()))?;
     for building in scene.buildings_of_truth() {

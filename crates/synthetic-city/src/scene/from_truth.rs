@@ -150,6 +150,7 @@ mod tests {
         let buildings = vec![hall(200.0, 5.0), hall(10.0, 5.0), hall(150.0, 1.0)];
         let model = CityModel {
             title: String::new(),
+            metadata: Default::default(),
             origin: [0.0; 3],
             crs: gable_geometry::Crs::Unknown,
             buildings,
