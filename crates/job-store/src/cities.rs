@@ -7,6 +7,7 @@ use crate::database::Tx;
 use crate::events::About;
 use crate::members::of_members;
 use crate::names::named;
+use crate::texts::kept;
 use crate::{Artifact, EventKind, JobStoreError, Published, Store};
 use serde::{Deserialize, Serialize};
 use sqlx::any::AnyRow;
@@ -427,7 +428,7 @@ impl Store {
             .bind(number)
             .bind(job)
             .bind(i64::from(failed > 0))
-            .bind(&publication.crs)
+            .bind(kept(&publication.crs))
             .bind(publication.buildings.len() as i64)
             .bind(counts[0])
             .bind(counts[1])

@@ -6,6 +6,7 @@
 
 use crate::database::Tx;
 use crate::events::About;
+use crate::texts::kept;
 use crate::{
     Artifact, Attempt, Cause, Claimant, Consequence, EventKind, JobState, JobStoreError, NewTask, Publication, Reaped,
     Store, TaskState,
@@ -197,7 +198,7 @@ impl Store {
             .bind(&claim.unit)
             .bind(claim.fence)
             .bind(milliseconds(lease))
-            .bind(phase)
+            .bind(kept(phase))
             .execute(&self.pool)
             .await?;
         Ok(if crate::database::one_row(&held) { Order::Continue } else { Order::Stop })
@@ -434,7 +435,7 @@ impl Store {
             .bind(&claim.unit)
             .bind(claim.fence)
             .bind(state.name())
-            .bind(reason)
+            .bind(reason.map(kept))
             .fetch_optional(&mut **tx)
             .await?
             .ok_or_else(|| claim.lost())?;

@@ -2,6 +2,7 @@
 
 use crate::database::Tx;
 use crate::names::named;
+use crate::texts::kept;
 use crate::{JobState, JobStoreError, Store};
 use serde::Serialize;
 use sqlx::any::AnyRow;
@@ -136,7 +137,7 @@ impl Store {
             .bind(kind.name())
             .bind(about.stage)
             .bind(about.unit)
-            .bind(about.message)
+            .bind(about.message.map(kept))
             .execute(&mut **tx)
             .await?;
         Ok(())

@@ -3,6 +3,7 @@
 use crate::database::Tx;
 use crate::events::About;
 use crate::names::named;
+use crate::texts::kept;
 use crate::{EventKind, JobStoreError, NewCallback, NewTask, Store, TaskState};
 use serde::Serialize;
 use sqlx::any::AnyRow;
@@ -419,7 +420,7 @@ impl Store {
                          WHERE job = $1 AND state IN ('ready', 'running')";
         sqlx::query(self.sql(statement)).bind(id).bind(TaskState::Cancelled.name()).execute(&mut **tx).await?;
         let statement = "UPDATE job SET state = $2, reason = $3, finished = {now} WHERE id = $1";
-        sqlx::query(self.sql(statement)).bind(id).bind(state.name()).bind(reason).execute(&mut **tx).await?;
+        sqlx::query(self.sql(statement)).bind(id).bind(state.name()).bind(reason.map(kept)).execute(&mut **tx).await?;
         self.tell_end(tx, id, state, reason).await?;
         self.note(tx, id, EventKind::State, About { message: Some(state.name()), ..About::default() }).await
     }

@@ -1,6 +1,7 @@
 //! What the programs of tasks said.
 
 use crate::database::one_row;
+use crate::texts::kept;
 use crate::{Claim, JobStoreError, Store};
 use sqlx::Row;
 
@@ -30,8 +31,7 @@ impl Store {
             .bind(claim.stage)
             .bind(&claim.unit)
             .bind(claim.fence)
-            // Postgres has no NUL in a text.
-            .bind(text.replace('\0', "\u{fffd}"))
+            .bind(kept(text))
             .execute(&self.pool)
             .await?;
         if one_row(&kept) { Ok(()) } else { Err(claim.lost()) }

@@ -105,6 +105,17 @@ impl Store {
         row.as_ref().map(TokenRecord::read).transpose()
     }
 
+    /// The token of this name, if it has not ended.
+    ///
+    /// # Errors
+    /// If the database does not answer.
+    pub async fn token_of(&self, name: &str) -> Result<Option<TokenRecord>, JobStoreError> {
+        let statement = "SELECT hash, name, scope, max_jobs, in_groups, expires, created FROM api_token \
+                         WHERE name = $1 AND (expires IS NULL OR expires > {now})";
+        let row = sqlx::query(self.sql(statement)).bind(name).fetch_optional(&self.pool).await?;
+        row.as_ref().map(TokenRecord::read).transpose()
+    }
+
     /// All tokens by name, also those that have ended.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! The workers that have been seen.
 
+use crate::texts::kept;
 use crate::{JobStoreError, Store};
 use serde::Serialize;
 use sqlx::Row;
@@ -50,7 +51,7 @@ impl Store {
             .bind(worker.memory)
             .bind(&worker.node)
             .bind(worker.task_memory)
-            .bind(&worker.trouble)
+            .bind(worker.trouble.as_deref().map(kept))
             .execute(&self.pool)
             .await?;
         Ok(())

@@ -4,7 +4,7 @@
 //! many: they are gathered for a moment, and those of the tiles of one tileset are one entry that says how often.
 
 use crate::Coordinator;
-use crate::access::Asking;
+use crate::access::{Asking, without_secrets};
 use axum::body::Body;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::request::Parts;
@@ -26,13 +26,14 @@ const GATHERED: usize = 1000;
 const LONGEST: usize = 1000;
 
 /// What gives results away.
-const DOWNLOADS: [&str; 6] = [
+const DOWNLOADS: [&str; 7] = [
     "/api/v1/jobs/{id}/files/{*path}",
     "/api/v1/jobs/{id}/map/picture",
     "/api/v1/cities/{city}/files/{*path}",
     "/api/v1/cities/{city}/buildings",
     "/api/v1/cities/{city}/buildings/{id}",
     "/api/v1/jobs/{id}/blocks/{unit}/log",
+    "/api/v1/links/{link}/files/{*path}",
 ];
 
 /// What comes many times in what is noted as a whole.
@@ -115,7 +116,7 @@ pub(crate) async fn note(State(service): State<Coordinator>, mut request: Reques
     let about = About::default();
     request.extensions_mut().insert(about.clone());
     let asking = request.extensions().get::<Asking>().cloned().unwrap_or_default();
-    let (method, target) = (request.method().clone(), shortened(request.uri().path()));
+    let (method, target) = (request.method().clone(), shortened(&without_secrets(request.uri().path())));
     let response = next.run(request).await;
     // Whom nobody knows would fill the log.
     let Some(who) = asking.who() else { return response };

@@ -28,6 +28,11 @@ pub struct Caller {
 }
 
 impl Caller {
+    /// Whoever asks a service that is open.
+    pub(crate) fn local() -> Self {
+        Self { name: "local".to_owned(), scope: Scope::Operator, groups: Vec::new(), max_jobs: None }
+    }
+
     /// An error unless the caller has at least this scope.
     pub(crate) fn needs(&self, scope: Scope) -> Result<(), Problem> {
         if self.scope >= scope {
@@ -50,7 +55,7 @@ impl FromRequestParts<Coordinator> for Caller {
         let caller = match access.await? {
             Access::Open => {
                 from_this_machine(&parts.headers)?;
-                Self { name: "local".to_owned(), scope: Scope::Operator, groups: Vec::new(), max_jobs: None }
+                Self::local()
             }
             Access::Token(found) => {
                 let TokenRecord { name, scope, groups, max_jobs, .. } = found;
@@ -97,8 +102,8 @@ impl Access {
 }
 
 /// What proxies say of those for whom they ask.
-const FORWARDED: [&str; 6] =
-    ["forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-forwarded-proto", "x-real-ip"];
+const FORWARDED: [&str; 7] =
+    ["forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-real-ip"];
 
 /// An error unless the request was made under a loopback name, and neither by a page of another site nor by a proxy that says so.
 fn from_this_machine(headers: &HeaderMap) -> Result<(), Problem> {
@@ -195,7 +200,8 @@ fn draw(new: &NewToken) -> Result<(String, TokenRecord), JobStoreError> {
     Ok((token, record))
 }
 
-fn random() -> Result<String, JobStoreError> {
+/// A text that nobody can guess.
+pub(crate) fn random() -> Result<String, JobStoreError> {
     let mut secret = [0_u8; 32];
     getrandom::fill(&mut secret).map_err(|e| JobStoreError::File {
         path: "/dev/urandom".into(),

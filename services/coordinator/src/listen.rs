@@ -1,9 +1,14 @@
 //! Connections: how many, how slow they may be, and how they end.
 
+use crate::visitor::Peer;
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
@@ -45,8 +50,8 @@ pub async fn serve(listener: TcpListener, app: Router, patience: Patience, stop:
         };
         while connections.try_join_next().is_some() {}
         match accepted {
-            Ok((stream, _)) => {
-                let served = connection(stream, app.clone(), patience.head, stopped.clone());
+            Ok((stream, peer)) => {
+                let served = connection(stream, peer.ip(), app.clone(), patience.head, stopped.clone());
                 connections.spawn(async move {
                     served.await;
                     drop(place);
@@ -67,10 +72,14 @@ pub async fn serve(listener: TcpListener, app: Router, patience: Patience, stop:
     }
 }
 
-async fn connection(stream: TcpStream, app: Router, head: Duration, mut stopped: watch::Receiver<bool>) {
+async fn connection(stream: TcpStream, peer: IpAddr, app: Router, head: Duration, mut stopped: watch::Receiver<bool>) {
     let mut builder = http1::Builder::new();
     builder.timer(TokioTimer::new()).header_read_timeout(head);
-    let connection = builder.serve_connection(TokioIo::new(stream), TowerToHyperService::new(app));
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        request.extensions_mut().insert(Peer(peer));
+        TowerToHyperService::new(app.clone()).call(request)
+    });
+    let connection = builder.serve_connection(TokioIo::new(stream), service);
     let told = async {
         let _ = stopped.wait_for(|&s| s).await;
     };

@@ -84,7 +84,13 @@ impl Coordinator {
         Ok(Some(city))
     }
 
-    async fn sees_city(&self, caller: &Caller, city: &str, none: impl FnOnce() -> Problem) -> Result<(), Problem> {
+    /// An error unless the caller sees a city.
+    pub(crate) async fn sees_city(
+        &self,
+        caller: &Caller,
+        city: &str,
+        none: impl FnOnce() -> Problem,
+    ) -> Result<(), Problem> {
         let role = self.role(caller, city, Freshness::lately(self.store.writes())).await?;
         role.map(drop).ok_or_else(none)
     }

@@ -3,7 +3,8 @@
 use crate::auth::Access;
 use crate::pages::Snapshot;
 use crate::shared::Shared;
-use crate::{Feed, Gathered};
+use crate::{Feed, Gathered, TrustedProxy};
+use axum::http::HeaderValue;
 use gable_files::SourceRoots;
 use gable_job_store::{Blobs, Role, Store};
 use std::collections::BTreeMap;
@@ -31,6 +32,10 @@ pub struct Coordinator {
     pub open: bool,
     /// The jobs whose events are streamed.
     pub feed: Feed,
+    /// Proxies whose word is taken for from where a request comes.
+    pub proxies: Vec<TrustedProxy>,
+    /// Sites whose pages may use the service; by default none but its own.
+    pub origins: Vec<HeaderValue>,
     /// What many ask for at the same time.
     pub answers: Answers,
     /// What is to be written to the audit log.
@@ -51,6 +56,8 @@ impl Coordinator {
             folder,
             open: false,
             feed: Feed::default(),
+            proxies: Vec::new(),
+            origins: Vec::new(),
             answers: Answers::default(),
             gathered: Gathered::default(),
         }
@@ -68,6 +75,8 @@ pub struct Answers {
     pub(crate) access: Shared<Access>,
     /// The roles of callers in cities, by the names of the caller and that of the city.
     pub(crate) roles: Shared<Option<Role>>,
+    /// What is signed with, by name.
+    pub(crate) secrets: Shared<String>,
     /// The cities of jobs.
     pub(crate) cities: Shared<String>,
     /// What was wrong with the object store and the folder when that was last looked at.

@@ -661,6 +661,13 @@ pub(crate) struct ServeArgs {
     /// Most that the uploads of one token may take together, MB
     #[arg(long, value_name = "MB", default_value_t = 65_536)]
     pub(crate) upload_quota: u64,
+    /// Address or network, such as 10.0.0.0/8, of proxies that are believed when they say by X-Forwarded-For, -Proto, -Host and -Prefix
+    /// from where a request comes and where it was sent to; may be given many times
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) trusted_proxy: Vec<gable_coordinator::TrustedProxy>,
+    /// Site, such as https://viewer.example, whose pages may use the service; may be given many times
+    #[arg(long, value_name = "ORIGIN", value_parser = gable_coordinator::checked_origin)]
+    pub(crate) allow_origin: Vec<gable_coordinator::Origin>,
     /// Let webhooks be at addresses of this machine and of private networks
     #[arg(long)]
     pub(crate) private_webhooks: bool,

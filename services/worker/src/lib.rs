@@ -7,6 +7,7 @@ mod health;
 mod history;
 mod log;
 mod outcome;
+mod places;
 mod protocol;
 mod task;
 mod tell;

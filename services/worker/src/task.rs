@@ -6,6 +6,7 @@ use crate::health;
 use crate::history;
 use crate::log::Log;
 use crate::outcome;
+use crate::places::Places;
 use crate::protocol::{History, Needs, OBJECTS, Order, Report, UPLOAD};
 use crate::tell;
 use crate::{Settings, WorkerError};
@@ -47,6 +48,7 @@ pub(crate) struct Around<'a> {
     pub(crate) blobs: &'a Blobs,
     pub(crate) cache: &'a Cache,
     pub(crate) settings: &'a Settings,
+    pub(crate) places: &'a Places,
     pub(crate) state: &'a watch::Sender<State>,
     pub(crate) log: Arc<Log>,
 }
@@ -118,7 +120,7 @@ impl Around<'_> {
                 biased;
                 made = &mut work => break made?,
                 _ = beat.tick() => {
-                    let phase = self.state.borrow().phase.clone();
+                    let phase = self.places.hide(&self.state.borrow().phase);
                     match self.store.heartbeat(claim, self.settings.lease, &phase).await {
                         Ok(Word::Continue) => {}
                         Ok(Word::Stop) => { stop.send_replace(true); }
@@ -234,7 +236,7 @@ impl Around<'_> {
                     self.settings.health.waits(Some(&reason));
                     self.state.send_modify(|s| s.phase = format!("waits: {reason}"));
                     // The database itself may be what is away.
-                    told = told || self.store.note_waiting(claim, &reason).await.is_ok();
+                    told = told || self.store.note_waiting(claim, &self.places.hide(&reason)).await.is_ok();
                     let mut stop = stop.clone();
                     tokio::select! {
                         () = tokio::time::sleep(wait) => {}
@@ -395,7 +397,9 @@ impl Around<'_> {
             Made::NoDisk(reason) => self.settings.health.no_folder(reason),
             _ => {}
         }
-        let log = self.log.text();
+        // What users see. The service's own log tells operators the paths as they are.
+        let log = self.places.hide(&self.log.text());
+        let shown = |reason: &str| self.places.hide(reason);
         let told = self
             .patiently(claim, &stop, patience, || async {
                 if ours {
@@ -403,16 +407,18 @@ impl Around<'_> {
                 }
                 match &made {
                     Made::Result(result) => self.store.finish(claim, result).await.map(Some),
-                    Made::BadInput(reason) => self.store.fail(claim, reason, Retry::Never).await.map(Some),
+                    Made::BadInput(reason) => self.store.fail(claim, &shown(reason), Retry::Never).await.map(Some),
                     Made::Failed(reason) => {
-                        self.store.fail(claim, reason, Retry::After(pause(claim.attempt))).await.map(Some)
+                        self.store.fail(claim, &shown(reason), Retry::After(pause(claim.attempt))).await.map(Some)
                     }
                     Made::NoMemory(reason) => {
                         let retry = Retry::WithMemory(pause(claim.attempt), self.settings.limits.memory);
-                        self.store.fail(claim, reason, retry).await.map(Some)
+                        self.store.fail(claim, &shown(reason), retry).await.map(Some)
                     }
-                    Made::Unfit(reason) => self.store.fail(claim, reason, Retry::Elsewhere).await.map(Some),
-                    Made::Away(reason) | Made::NoDisk(reason) => self.store.release_for(claim, reason).await.map(Some),
+                    Made::Unfit(reason) => self.store.fail(claim, &shown(reason), Retry::Elsewhere).await.map(Some),
+                    Made::Away(reason) | Made::NoDisk(reason) => {
+                        self.store.release_for(claim, &shown(reason)).await.map(Some)
+                    }
                     Made::Stopped if draining => self.store.release(claim).await.map(Some),
                     // A heartbeat was told so before there was a result to refuse.
                     Made::Stopped => Ok(None),

@@ -4,6 +4,7 @@ use crate::cache::Cache;
 use crate::child::State;
 use crate::health::Health;
 use crate::log::Log;
+use crate::places::Places;
 use crate::task::Around;
 use crate::tell;
 use crate::{Limits, WorkerError};
@@ -62,6 +63,8 @@ pub struct Worker {
     blobs: Blobs,
     cache: Cache,
     settings: Settings,
+    /// What users are not told.
+    places: Places,
     state: watch::Sender<State>,
     /// The task under way.
     task: Mutex<Option<String>>,
@@ -76,7 +79,18 @@ impl Worker {
         std::fs::create_dir_all(&settings.folder)
             .map_err(|source| WorkerError::Folder { path: settings.folder.clone(), source })?;
         let cache = Cache::open(&settings.blobs, settings.cache)?;
-        Ok(Self { store, blobs, cache, settings, state: watch::Sender::new(State::default()), task: Mutex::new(None) })
+        let roots: Vec<PathBuf> = settings.roots.places().collect();
+        let own = settings.roots.own().iter().map(PathBuf::as_path).chain([&*settings.blobs]);
+        let places = Places::new(roots.iter().map(PathBuf::as_path), &settings.folder, own);
+        Ok(Self {
+            store,
+            blobs,
+            cache,
+            settings,
+            places,
+            state: watch::Sender::new(State::default()),
+            task: Mutex::new(None),
+        })
     }
 
     /// Works until `stop` becomes true.
@@ -118,6 +132,7 @@ impl Worker {
                         blobs: &self.blobs,
                         cache: &self.cache,
                         settings: &self.settings,
+                        places: &self.places,
                         state: &self.state,
                         log: Arc::new(Log::new()),
                     };
@@ -193,7 +208,7 @@ impl Worker {
                 memory: i64::try_from(self.state.borrow().memory).unwrap_or(i64::MAX),
                 node: self.settings.node.clone(),
                 task_memory: i64::try_from(self.settings.limits.memory).unwrap_or(i64::MAX),
-                trouble: self.settings.health.trouble(),
+                trouble: self.settings.health.trouble().map(|trouble| self.places.hide(&trouble)),
             };
             if let Err(e) = self.store.see_worker(&seen).await {
                 tracing::warn!("the worker cannot say that it is alive: {e}");

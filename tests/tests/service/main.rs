@@ -3,6 +3,7 @@
 
 mod client;
 mod failures;
+mod front;
 mod hostile;
 mod jobs;
 mod nodes;

@@ -1,5 +1,6 @@
 //! The pages for people: the dashboard, and a plain one that needs nothing but a browser.
 
+use crate::headers::{self, DASHBOARD};
 use crate::pages::time;
 use crate::{Caller, Coordinator, Problem};
 use axum::Router;
@@ -12,10 +13,6 @@ use std::fmt::Write as _;
 
 /// Name, media type, tag and content of each file of the dashboard; none where it was built without Node.
 static FILES: &[(&str, &str, &str, &[u8])] = &include!(concat!(env!("OUT_DIR"), "/dashboard_files.rs"));
-
-/// Scripts, styles and data come from this service only; pictures and the parts of models also from memory.
-const POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' blob: data:; object-src 'none'; \
-                      base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
 
 /// Most jobs on the plain page.
 const PLAIN: i64 = 200;
@@ -40,8 +37,7 @@ async fn file(headers: HeaderMap, name: String) -> Response {
         (header::CONTENT_TYPE, *kind),
         (header::ETAG, *tag),
         (header::CACHE_CONTROL, "no-cache"),
-        (header::CONTENT_SECURITY_POLICY, POLICY),
-        (header::REFERRER_POLICY, "same-origin"),
+        (header::CONTENT_SECURITY_POLICY, DASHBOARD),
     ];
     for (name, value) in fixed {
         answer.headers_mut().insert(name, HeaderValue::from_static(value));
@@ -75,7 +71,8 @@ async fn plain(State(service): State<Coordinator>, caller: Caller) -> Result<Res
          <h1>Jobs</h1>\n<table>\n<tr><th>Id<th>City<th>State<th>Stage<th>Who<th>Finished<th>Reason\n{rows}</table>\n{empty}\n\
          <p>The newest {PLAIN}. <a href=\"docs\">The API</a> has all.</p>\n"
     );
-    Ok(([(header::CACHE_CONTROL, "no-store")], Html(page)).into_response())
+    Ok(([(header::CACHE_CONTROL, "no-store"), (header::CONTENT_SECURITY_POLICY, headers::PLAIN)], Html(page))
+        .into_response())
 }
 
 fn escaped(text: &str) -> String {

@@ -14,7 +14,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 /// Artefacts under this path are for users; others are for later stages.
-const RESULT: &str = "result/";
+pub(super) const RESULT: &str = "result/";
 
 /// A file of a job's result.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -121,6 +121,7 @@ pub(super) async fn send(
     let fields = response.headers_mut();
     fields.insert(header::CONTENT_LENGTH, length.into());
     fields.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type(path)));
+    fields.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(crate::headers::RESULT));
     fields.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
     if let Some((first, last)) = part
         && let Ok(v) = HeaderValue::from_str(&format!("bytes {first}-{last}/{}", file.bytes))
@@ -167,6 +168,7 @@ fn media_type(path: &str) -> &'static str {
         "html" => "text/html; charset=utf-8",
         "glb" => "model/gltf-binary",
         "png" => "image/png",
+        "svg" => "image/svg+xml",
         "jpg" => "image/jpeg",
         _ => "application/octet-stream",
     }

@@ -3,6 +3,7 @@
 use super::failures::{self, FailureView};
 use crate::audit::About;
 use crate::extract::{Body, Query};
+use crate::names::{LONGEST, is_name};
 use crate::pages::{limit, page, polled, time};
 use crate::problem::Refused;
 use crate::rights::OfJob;
@@ -19,9 +20,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::openapi::schema::{ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
-
-/// Longest idempotency key and city name, bytes.
-const LONGEST: usize = 200;
 
 /// A job to be done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -291,8 +289,11 @@ pub(crate) fn first_task(request: &JobRequest) -> NewTask {
 
 /// An error unless a city may have this name.
 pub(super) fn checked_city(name: &str) -> Result<(), Problem> {
-    if name.trim().is_empty() || name.len() > LONGEST || name.chars().any(char::is_control) {
-        return Err(Problem::invalid(format!("city has to be a name of 1 to {LONGEST} bytes")));
+    if !is_name(name) {
+        let detail = format!(
+            "city has to be a name of 1 to {LONGEST} bytes, without control characters and marks that are not seen, and not . or .."
+        );
+        return Err(Problem::invalid(detail));
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::cities::GenerationView;
 use crate::extract::Body;
+use crate::names::{LONGEST, is_name};
 use crate::problem::Refused;
 use crate::rights::OfCity;
 use crate::{Caller, Coordinator, Problem};
@@ -12,9 +13,6 @@ use gable_job_store::{Member, Role, Scope};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{ObjectBuilder, Type};
-
-/// Longest name of a member, bytes.
-const LONGEST: usize = 200;
 
 /// A member of a city.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -102,8 +100,11 @@ pub(crate) async fn put(
     Body(NewRole { role }): Body<NewRole>,
 ) -> Result<Json<Vec<MemberView>>, Problem> {
     owned(&service, &caller, &city).await?;
-    if member.trim().is_empty() || member.len() > LONGEST || member.chars().any(char::is_control) {
-        return Err(Problem::invalid(format!("the name of a member has 1 to {LONGEST} bytes")));
+    if !is_name(&member) {
+        let detail = format!(
+            "the name of a member has 1 to {LONGEST} bytes, without control characters and marks that are not seen"
+        );
+        return Err(Problem::invalid(detail));
     }
     if !service.store.set_member(&city, &member, Some(role)).await? {
         return Err(unclaimed(&city));

@@ -13,6 +13,7 @@ mod failures;
 mod files;
 mod health;
 pub(crate) mod jobs;
+mod links;
 mod map;
 mod members;
 mod metrics;
@@ -31,10 +32,12 @@ pub(crate) use jobs::first_task;
 pub(crate) use schedules::read_request;
 
 use crate::problem::{in_one_form, refused_anyway};
+use crate::visitor::Base;
 use crate::{Coordinator, Problem};
-use axum::Router;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Json, Router};
 use std::any::Any;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -43,11 +46,12 @@ use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Document;
+use utoipa::openapi::Server;
 use utoipa::openapi::path::Operation;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use utoipa_swagger_ui::SwaggerUi;
+use utoipa_swagger_ui::{Config, SwaggerUi};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -81,7 +85,7 @@ pub fn router(service: Coordinator) -> Router {
         // A stream of events is as long as its job, so it has no time limit.
         .merge(events::stream_router())
         .merge(dashboard::router())
-        .merge(SwaggerUi::new("/docs").url("/api/v1/openapi.json", document))
+        .merge(docs(document))
         .fallback(|| async { Problem::not_found("no such address: /docs lists all") })
         .method_not_allowed_fallback(|| async {
             Problem::new(
@@ -96,13 +100,30 @@ pub fn router(service: Coordinator) -> Router {
         .layer(axum::middleware::map_response(in_one_form))
         .layer(CompressionLayer::new())
         .layer(CatchPanicLayer::custom(after_panic))
-        .layer(SetResponseHeaderLayer::if_not_present(
-            header::X_CONTENT_TYPE_OPTIONS,
-            HeaderValue::from_static("nosniff"),
-        ))
+        .layer(axum::middleware::map_response(crate::headers::guard))
+        .layer(axum::middleware::from_fn(crate::extract::without_nul))
         .layer(axum::middleware::from_fn_with_state(service.clone(), crate::audit::note))
+        .layer(crate::cors::layer(&service.origins))
         .layer(axum::middleware::from_fn(crate::access::log))
+        .layer(axum::middleware::from_fn_with_state(service.clone(), crate::visitor::look))
         .with_state(service)
+}
+
+/// The description of the API, and the pages that show it. Its addresses are relative, or begin with what a proxy takes away.
+fn docs(document: Document) -> Router<Coordinator> {
+    let pages: Router<Coordinator> = SwaggerUi::new("/docs").config(Config::new(["../api/v1/openapi.json"])).into();
+    let policy = SetResponseHeaderLayer::overriding(
+        header::CONTENT_SECURITY_POLICY,
+        HeaderValue::from_static(crate::headers::DOCS),
+    );
+    let description = async move |base: Base| {
+        let mut document = document.clone();
+        if !base.prefix().is_empty() {
+            document.servers = Some(vec![Server::new(base.prefix())]);
+        }
+        Json(document)
+    };
+    pages.layer(policy).route("/api/v1/openapi.json", get(description))
 }
 
 /// The OpenAPI document.
@@ -153,6 +174,10 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(jobs::set_priority))
         .routes(routes!(blocks::list))
         .routes(routes!(blocks::log))
+        .routes(routes!(links::of_city))
+        .routes(routes!(links::of_job))
+        .routes(routes!(links::content))
+        .routes(routes!(links::end_all))
         .routes(routes!(map::show))
         .routes(routes!(map::picture))
         .routes(routes!(seams::list))

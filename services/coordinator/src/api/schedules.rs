@@ -3,6 +3,7 @@
 use super::jobs::{JobRequest, check, first_task};
 use crate::cron::Ticks;
 use crate::extract::{Body, Query};
+use crate::names::is_name;
 use crate::pages::{limit, removed, time};
 use crate::problem::Refused;
 use crate::{Caller, Coordinator, Problem};
@@ -277,7 +278,7 @@ pub(crate) async fn put(
 ) -> Result<(StatusCode, Json<ScheduleView>), Problem> {
     caller.needs(Scope::Operator)?;
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"._-".contains(&b);
-    if name.is_empty() || name.len() > LONGEST || !name.bytes().all(plain) {
+    if name.is_empty() || name.len() > LONGEST || !name.bytes().all(plain) || !is_name(&name) {
         let detail = format!("the name of a schedule has 1 to {LONGEST} letters, digits, or . _ -");
         return Err(Problem::invalid(detail));
     }

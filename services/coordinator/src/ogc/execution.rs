@@ -1,10 +1,11 @@
 //! The execution of a process.
 
 use super::jobs::status_info;
+use super::no_such_process;
 use super::processes::{CITY_MODEL, ECHO, echo_values, exists};
-use super::{Base, no_such_process};
 use crate::api::jobs::{JobRequest, take_in};
 use crate::extract::Body;
+use crate::visitor::Base;
 use crate::{Caller, Coordinator, Problem, outbound};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -51,7 +52,7 @@ impl Subscriber {
         let given = wanted.into_iter().filter_map(|(name, url, events)| Some((name, url?, events)));
         given
             .map(|(name, url, events)| match outbound::checked(&url, private) {
-                Ok(_) => Ok(NewCallback { url, events, base: base.0.clone() }),
+                Ok(_) => Ok(NewCallback { url, events, base: base.href("") }),
                 Err(e) => Err(bad_input(format!("subscriber.{name}: {e}"))),
             })
             .collect()

@@ -1,9 +1,10 @@
 //! Jobs in OGC's words: status, list, results, dismissal.
 
 use super::processes::{CITY_MODEL, CITY_OUTPUTS};
-use super::{Base, JSON, exception, no_such_job};
+use super::{JSON, exception, no_such_job};
 use crate::extract::Query;
 use crate::pages::{limit, page, time};
+use crate::visitor::Base;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -154,7 +155,7 @@ pub(crate) async fn callback(
     about: &Callback,
     event: WebhookEvent,
 ) -> Result<Option<Value>, JobStoreError> {
-    let (base, job) = (Base(about.base.clone()), store.job(&about.job).await?);
+    let (base, job) = (Base::kept(&about.base), store.job(&about.job).await?);
     Ok(match event {
         WebhookEvent::JobSucceeded | WebhookEvent::JobPartial => Some(outputs(store, &base, &job.id).await?),
         WebhookEvent::JobProgressed if job.state.is_over() => None,

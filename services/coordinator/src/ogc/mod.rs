@@ -7,15 +7,13 @@ mod execution;
 mod jobs;
 mod processes;
 
+use crate::visitor::Base;
 use crate::{Caller, Coordinator, Problem};
-use axum::extract::FromRequestParts;
-use axum::http::request::Parts;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
-use std::convert::Infallible;
 
 /// The description of these addresses, OpenAPI 3.0.
 const OPENAPI: &str = include_str!("openapi.json");
@@ -42,30 +40,10 @@ pub(crate) fn router() -> Router<Coordinator> {
         .route("/ogc/jobs/{job}/results", get(jobs::results))
 }
 
-/// What stands before all addresses that an answer names: the service as the client sees it.
-pub(crate) struct Base(String);
-
-impl<S: Sync> FromRequestParts<S> for Base {
-    type Rejection = Infallible;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
-        let text = |name: &str| parts.headers.get(name).and_then(|v| v.to_str().ok());
-        // Behind a proxy that speaks TLS, addresses begin otherwise.
-        let scheme = if text("x-forwarded-proto") == Some("https") { "https" } else { "http" };
-        let host = text("x-forwarded-host").or_else(|| text(header::HOST.as_str())).unwrap_or("localhost");
-        Ok(Self(format!("{scheme}://{host}")))
-    }
-}
-
 impl Base {
     /// A link to a place under `/ogc`.
     fn link(&self, path: &str, relation: &str, media_type: &str, title: &str) -> Value {
         json!({ "href": self.href(&format!("/ogc{path}")), "rel": relation, "type": media_type, "title": title })
-    }
-
-    /// An address of the service.
-    fn href(&self, path: &str) -> String {
-        format!("{}{path}", self.0)
     }
 }
 
@@ -96,8 +74,9 @@ async fn conformance(_: Caller) -> Json<Value> {
     Json(json!({ "conformsTo": classes }))
 }
 
-async fn description(_: Caller) -> Response {
-    ([(header::CONTENT_TYPE, "application/vnd.oai.openapi+json;version=3.0")], OPENAPI).into_response()
+async fn description(_: Caller, base: Base) -> Response {
+    let own = OPENAPI.replacen(r#""url": "/ogc""#, &format!(r#""url": "{}/ogc""#, base.prefix()), 1);
+    ([(header::CONTENT_TYPE, "application/vnd.oai.openapi+json;version=3.0")], own).into_response()
 }
 
 fn no_such_process(name: &str) -> Problem {

@@ -1,8 +1,9 @@
 //! The processes and their descriptions.
 
-use super::{Base, JSON, no_such_process};
+use super::{JSON, no_such_process};
 use crate::extract::Query;
 use crate::pages::limit;
+use crate::visitor::Base;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -126,7 +127,7 @@ mod tests {
 
     #[test]
     fn descriptions_have_inputs_and_outputs() {
-        let base = Base("http://h".to_owned());
+        let base = Base::kept("http://h");
         for name in [CITY_MODEL, ECHO] {
             let process = described(&base, name).unwrap();
             assert!(process["inputs"].as_object().is_some_and(|o| o.len() == 5), "{process}");

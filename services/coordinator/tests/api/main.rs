@@ -1,15 +1,18 @@
 //! The API over real HTTP.
 
-use gable_coordinator::{Coordinator, Limits, NewToken, create_token, document, router};
+use gable_coordinator::{Coordinator, Limits, NewToken, Patience, create_token, document, router};
 use gable_files::SourceRoots;
 use gable_job_store::{Artifact, Blobs, Claim, Finished, Retry, Scope, Store};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+mod browsers;
 mod cities;
+mod links;
 mod ogc;
 mod parts;
+mod proxies;
 mod schedules;
 mod security;
 mod tenants;
@@ -52,7 +55,7 @@ async fn serve(parts: &Coordinator) -> String {
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));
     let app = router(parts.clone());
-    tokio::spawn(async move { axum::serve(listener, app).await });
+    tokio::spawn(gable_coordinator::serve(listener, app, Patience::default(), std::future::pending()));
     address
 }
 
@@ -98,6 +101,8 @@ impl Service {
             let agent: ureq::Agent = ureq::Agent::config_builder()
                 .http_status_as_error(false)
                 .allow_non_standard_methods(true)
+                .max_redirects(0)
+                .max_redirects_will_error(false)
                 .timeout_global(Some(Duration::from_secs(30)))
                 .build()
                 .into();

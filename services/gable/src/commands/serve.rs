@@ -40,6 +40,8 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         Coordinator::new(parts.store.clone(), parts.blobs.clone(), parts.shared_roots.clone(), limits);
     coordinator.group_roots = parts.group_roots.clone();
     coordinator.open = args.open;
+    coordinator.proxies.clone_from(&args.trusted_proxy);
+    coordinator.origins.clone_from(&args.allow_origin);
     coordinator.folder = service::incoming(&args.keep.at.data)?;
     say_who_may_ask(&parts.store, args.open).await?;
     // Programs that start the service read this line to learn the port.

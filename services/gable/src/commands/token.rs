@@ -29,8 +29,9 @@ pub(crate) fn run(args: &TokenArgs) -> anyhow::Result<Outcome> {
 
 async fn create(store: &Store, args: &NewTokenArgs, json: bool) -> anyhow::Result<()> {
     let name = args.name.trim();
-    if name.is_empty() || name.len() > LONGEST || name.chars().any(char::is_control) {
-        return Err(UsageError(format!("the name has to have 1 to {LONGEST} bytes")).into());
+    if !gable_coordinator::is_name(name) {
+        let text = "the name has to have 1 to 200 bytes, without control characters and marks that are not seen, and not to be . or ..";
+        return Err(UsageError(text.to_owned()).into());
     }
     if name.starts_with("group:") {
         return Err(UsageError(format!("{name:?} is how members of cities name a group: take another name")).into());
