@@ -3,7 +3,7 @@
 use crate::auth::Access;
 use crate::pages::Snapshot;
 use crate::shared::Shared;
-use crate::{Feed, Gathered, TrustedProxy};
+use crate::{Feed, Gathered, Receiving, TrustedProxy};
 use axum::http::HeaderValue;
 use gable_files::SourceRoots;
 use gable_job_store::{Blobs, Role, Store};
@@ -38,6 +38,8 @@ pub struct Coordinator {
     pub origins: Vec<HeaderValue>,
     /// What many ask for at the same time.
     pub answers: Answers,
+    /// The uploads that are being received.
+    pub receiving: Receiving,
     /// What is to be written to the audit log.
     pub gathered: Gathered,
 }
@@ -59,6 +61,7 @@ impl Coordinator {
             proxies: Vec::new(),
             origins: Vec::new(),
             answers: Answers::default(),
+            receiving: Receiving::default(),
             gathered: Gathered::default(),
         }
     }
@@ -98,8 +101,14 @@ pub struct Limits {
     pub upload: u64,
     /// Most that the uploads of one token may have together, bytes.
     pub uploads: u64,
-    /// Most uploads in parts that one token may have under way.
+    /// Most uploads in parts that one token may have under way; and most bodies of uploads and parts that it may send at a time.
     pub open_uploads: i64,
+    /// Least that has to come of the body of an upload in each window while the service waits for it, bytes.
+    pub upload_least: u64,
+    /// The window.
+    pub upload_window: Duration,
+    /// Longest time for the body of an upload.
+    pub upload_time: Duration,
     /// Most that an upload may unpack to, bytes.
     pub unpacked: u64,
     /// Most files in an upload.
@@ -111,12 +120,17 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            body: 1 << 20,
+            // The list of the parts of an upload has up to 10,000 entries.
+            body: 2 << 20,
             time: Duration::from_secs(30),
             page: 1000,
             upload: 16 << 30,
             uploads: 64 << 30,
             open_uploads: 16,
+            // 4 KiB a second.
+            upload_least: 120 << 10,
+            upload_window: Duration::from_secs(30),
+            upload_time: Duration::from_secs(24 * 3600),
             unpacked: 64 << 30,
             files: 100_000,
             private_webhooks: false,

@@ -668,6 +668,13 @@ pub(crate) struct ServeArgs {
     /// Site, such as https://viewer.example, whose pages may use the service; may be given many times
     #[arg(long, value_name = "ORIGIN", value_parser = gable_coordinator::checked_origin)]
     pub(crate) allow_origin: Vec<gable_coordinator::Origin>,
+    /// Address of a second listener, for /healthz, /readyz and /metrics alone, without a token: it answers however many clients the first one
+    /// has. Let nobody but supervisors reach it
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(crate) probes: Option<std::net::SocketAddr>,
+    /// Most connections of one address at a time; those of --trusted-proxy are not counted
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) connections: u32,
     /// Let webhooks be at addresses of this machine and of private networks
     #[arg(long)]
     pub(crate) private_webhooks: bool,

@@ -247,13 +247,14 @@ fn fitting_slots(cores: usize, task_memory: u64, memory: Option<u64>) -> usize {
     cores.min(usize::try_from(fit).unwrap_or(usize::MAX)).max(1)
 }
 
-/// Memory of the machine, bytes, or of the control group that the process is in, if that is less; none where neither is told.
+/// Memory of the machine, bytes, or of the control group that the process is in, if that is less; none where neither is told. The machine's
+/// is asked of the kernel: units of systemd may hide what is in `/proc`.
 fn machine_memory() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
-    let total = read("/proc/meminfo").and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
-        line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kilobytes| kilobytes << 10)
-    });
+    #[cfg(target_os = "linux")]
+    let total = nix::sys::sysinfo::sysinfo().ok().map(|info| info.ram_total());
+    #[cfg(not(target_os = "linux"))]
+    let total = None;
     let limits = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];
     let limits = limits.iter().filter_map(|path| read(path)?.trim().parse::<u64>().ok());
     limits.chain(total).min()
@@ -344,9 +345,34 @@ pub(crate) async fn collect(
     }
 }
 
+/// The name of the machine.
 fn host() -> String {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let name = nix::unistd::gethostname().ok().and_then(|name| name.into_string().ok()).unwrap_or_default();
     if name.trim().is_empty() { "host".to_owned() } else { name.trim().to_owned() }
+}
+
+/// Files and connections that the process opens besides those of clients: the database, the object store, workers and what they read.
+const OTHER_FILES: u64 = 512;
+
+/// Lets the process open as many files as its user may, and gives how many connections of clients there is room for. By default a process
+/// may open fewer than a service has clients.
+pub(crate) fn room_for_connections() -> usize {
+    use nix::sys::resource::{Resource, getrlimit, setrlimit};
+    let wanted = gable_coordinator::Places::default().all;
+    let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE) else { return wanted };
+    // More than this no process here needs, and some systems slow down with.
+    let most = hard.min(65_536);
+    let files = if soft < most && setrlimit(Resource::RLIMIT_NOFILE, most, hard).is_ok() { most } else { soft };
+    let left = files.saturating_sub(OTHER_FILES).max(files / 2);
+    let room = usize::try_from(left).unwrap_or(usize::MAX).min(wanted);
+    if room < wanted {
+        tracing::warn!(
+            files,
+            connections = room,
+            "few files may be open: raise the limit (ulimit -n, LimitNOFILE=) for more connections"
+        );
+    }
+    room
 }
 
 /// Lets workers work until `stop`; the first that cannot work ends them all.
@@ -397,6 +423,13 @@ mod tests {
         assert_eq!(fitting_slots(8, task, Some(1 << 30)), 1);
         assert_eq!(fitting_slots(8, task, None), 8);
         assert!(machine_memory().is_none_or(|bytes| bytes > 1 << 20));
+    }
+
+    #[test]
+    fn the_machine_has_a_name_and_room() {
+        let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+        assert!(name.trim().is_empty() || host() == name.trim());
+        assert!((1..=4096).contains(&room_for_connections()));
     }
 
     #[test]

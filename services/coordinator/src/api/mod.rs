@@ -27,6 +27,7 @@ mod webhooks;
 mod workers;
 
 pub use parameters::FOR_THE_VIEWER;
+pub(crate) use uploads::{no_room, too_large};
 
 pub(crate) use jobs::first_task;
 pub(crate) use schedules::read_request;
@@ -124,6 +125,22 @@ fn docs(document: Document) -> Router<Coordinator> {
         Json(document)
     };
     pages.layer(policy).route("/api/v1/openapi.json", get(description))
+}
+
+/// What supervisors ask, for a listener of its own: it answers though that of the API has as many connections as it takes. Whoever reaches
+/// it sees the figures without a token.
+pub fn probes(service: Coordinator) -> Router {
+    let time = TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, service.limits.time);
+    Router::new()
+        .route("/healthz", get(health::alive))
+        .route("/readyz", get(health::ready))
+        .route("/metrics", get(metrics::without_token))
+        .fallback(|| async { Problem::not_found("this listener has /healthz, /readyz and /metrics") })
+        .layer(time)
+        .layer(RequestBodyLimitLayer::new(0))
+        .layer(axum::middleware::map_response(in_one_form))
+        .layer(axum::middleware::map_response(crate::headers::guard))
+        .with_state(service)
 }
 
 /// The OpenAPI document.

@@ -3,10 +3,11 @@
 //! A client opens an upload, puts parts 1, 2, … in any order, and completes it with the list of them. What has come is listed at any
 //! time, so a client that was cut off, or started anew, sends what is missing. Each part may come with its SHA-256.
 
-use super::uploads::{checked_name, hold, may_send_for, no_room, quota, store_body};
+use super::uploads::{checked_name, hold, may_send_for, no_room, quota};
 use crate::extract::Body as JsonBody;
 use crate::pages::{removed, time};
 use crate::problem::Refused;
+use crate::receiving::{Allowed, store_body};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::body::Body;
@@ -205,6 +206,7 @@ pub(crate) async fn show(
         Refused<409>,
         Refused<413>,
         Refused<422>,
+        Refused<429>,
     )
 )]
 pub(crate) async fn put(
@@ -218,9 +220,13 @@ pub(crate) async fn put(
     if !(1..=PARTS).contains(&number) {
         return Err(Problem::invalid(format!("parts are numbered from 1 to {PARTS}")));
     }
+    let quota = quota(&service);
+    let left = quota.bytes.saturating_sub(service.store.sent_bytes(&open.owner).await?);
+    let mut incoming = service.receiving.begin(&open.owner, quota.open)?;
     let folder = tempfile::tempdir_in(&service.folder).map_err(|e| no_room(&e))?;
     let file = folder.path().join("part");
-    store_body(body, &file, LARGEST, "a part").await?;
+    let allowed = Allowed { limits: &service.limits, bytes: LARGEST, left, what: "a part" };
+    store_body(body, &file, &mut incoming, allowed).await?;
     let (blob, bytes) = BlobId::of_file(&file).await?;
     if bytes == 0 {
         return Err(Problem::invalid("a part has to have a byte at least"));
@@ -240,7 +246,7 @@ pub(crate) async fn put(
     hold(&service, &[blob]).await?;
     service.blobs.put_file(blob, &file).await?;
     let part = UploadPart { number, blob, bytes, sha256 };
-    if !service.store.add_part(&open, &part, quota(&service)).await? {
+    if !service.store.add_part(&open, &part, quota).await? {
         return Err(over(&id));
     }
     Ok(Json(PartView::of(part)))

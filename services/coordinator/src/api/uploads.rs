@@ -4,6 +4,7 @@ use super::jobs::checked_city;
 use crate::extract::Query;
 use crate::pages::{removed, time};
 use crate::problem::Refused;
+use crate::receiving::{Allowed, store_body};
 use crate::unpack::{ARCHIVES, UnpackError, unpack};
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
@@ -11,16 +12,11 @@ use axum::body::Body;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use futures_util::StreamExt as _;
 use gable_job_store::{Artifact, BlobId, JobStoreError, Role, Scope, Upload, UploadQuota};
 use serde::{Deserialize, Serialize};
 use std::path::Path as FilePath;
 use std::time::Duration;
-use tokio::io::AsyncWriteExt as _;
 use utoipa::{IntoParams, ToSchema};
-
-/// Longest time without a byte of the body.
-const SILENCE: Duration = Duration::from_secs(30);
 
 /// How long contents are held before their upload is complete.
 const HOLD: Duration = Duration::from_secs(24 * 3600);
@@ -100,6 +96,7 @@ impl UploadView {
         (status = 201, description = "It is here", body = UploadView),
         Refused<413>,
         Refused<422>,
+        Refused<429>,
     )
 )]
 pub(crate) async fn receive(
@@ -116,9 +113,12 @@ pub(crate) async fn receive(
     if left == 0 {
         return Err(JobStoreError::UploadBytes { owner: caller.name, most: quota.bytes }.into());
     }
+    let mut incoming = service.receiving.begin(&caller.name, quota.open)?;
     let folder = tempfile::tempdir_in(&service.folder).map_err(|e| no_room(&e))?;
     let file = folder.path().join("body");
-    store_body(body, &file, service.limits.upload.min(left), "an upload").await?;
+    let limits = &service.limits;
+    let allowed = Allowed { limits, bytes: limits.upload.min(left), left, what: "an upload" };
+    store_body(body, &file, &mut incoming, allowed).await?;
     let (upload, files) = take_in(&service, &caller.name, &name, folder.path(), &file).await?;
     let upload = Upload { city, ..upload };
     service.store.add_upload(&upload, &files, quota).await?;
@@ -136,6 +136,7 @@ pub(crate) async fn receive(
         (status = 201, description = "It is here", body = UploadView),
         Refused<413>,
         Refused<422>,
+        Refused<429>,
     )
 )]
 pub(crate) async fn put(
@@ -229,39 +230,19 @@ fn none(id: &str) -> Problem {
 }
 
 /// The local disk is full, or broken.
-pub(super) fn no_room(error: &std::io::Error) -> Problem {
+pub(crate) fn no_room(error: &std::io::Error) -> Problem {
     tracing::error!("an upload cannot be kept: {error}");
     let detail = "the service has no room for the file now: try again later";
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "The service is not ready", detail)
 }
 
 /// What was sent is larger than it may be.
-pub(super) fn too_large(what: &str, most: u64) -> Problem {
+pub(crate) fn too_large(what: &str, most: u64) -> Problem {
     let detail = format!(
         "{what} may have {} MB: start the service with --upload-size and --upload-quota to allow more",
         most >> 20
     );
     Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "body", "The body is too large", detail)
-}
-
-/// Writes a body to a file as it comes, as long as it comes and is not too large.
-pub(super) async fn store_body(body: Body, file: &FilePath, most: u64, what: &str) -> Result<(), Problem> {
-    let mut out = tokio::fs::File::create(file).await.map_err(|e| no_room(&e))?;
-    let mut pieces = body.into_data_stream();
-    let mut left = most;
-    loop {
-        let piece = tokio::time::timeout(SILENCE, pieces.next()).await.map_err(|_| {
-            let detail = format!("nothing came for {} s", SILENCE.as_secs());
-            Problem::new(StatusCode::REQUEST_TIMEOUT, "timeout", "The request took too long", detail)
-        })?;
-        let Some(piece) = piece else { break };
-        let piece = piece.map_err(|_| {
-            Problem::new(StatusCode::BAD_REQUEST, "body", "The body cannot be read", "it was cut off: send it again")
-        })?;
-        left = left.checked_sub(piece.len() as u64).ok_or_else(|| too_large(what, most))?;
-        out.write_all(&piece).await.map_err(|e| no_room(&e))?;
-    }
-    out.flush().await.map_err(|e| no_room(&e))
 }
 
 /// Puts files into the object store.

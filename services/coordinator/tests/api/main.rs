@@ -1,6 +1,6 @@
 //! The API over real HTTP.
 
-use gable_coordinator::{Coordinator, Limits, NewToken, Patience, create_token, document, router};
+use gable_coordinator::{Coordinator, Limits, NewToken, Patience, Places, create_token, document, router};
 use gable_files::SourceRoots;
 use gable_job_store::{Artifact, Blobs, Claim, Finished, Retry, Scope, Store};
 use serde_json::{Value, json};
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 mod browsers;
 mod cities;
+mod floods;
 mod links;
 mod ogc;
 mod parts;
@@ -55,7 +56,13 @@ async fn serve(parts: &Coordinator) -> String {
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = format!("http://{}", listener.local_addr().expect("an address"));
     let app = router(parts.clone());
-    tokio::spawn(gable_coordinator::serve(listener, app, Patience::default(), std::future::pending()));
+    tokio::spawn(gable_coordinator::serve(
+        listener,
+        app,
+        Patience::default(),
+        Places::default(),
+        std::future::pending(),
+    ));
     address
 }
 

@@ -1,7 +1,7 @@
 //! What is refused: slow clients, giant bodies, paths that climb, quotas that are used up.
 
 use crate::{Service, start};
-use gable_coordinator::{Coordinator, NewToken, Patience, create_token, router, serve};
+use gable_coordinator::{Coordinator, NewToken, Patience, Places, create_token, router, serve};
 use gable_job_store::Scope;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -23,11 +23,12 @@ async fn slow_clients_are_cut_off() {
     let service = start().await;
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
-    let patience = Patience { head: Duration::from_millis(300), drain: Duration::from_millis(300) };
+    let patience =
+        Patience { head: Duration::from_millis(300), drain: Duration::from_millis(300), ..Patience::default() };
     let mut parts = service.parts.clone();
     parts.limits.time = Duration::from_millis(500);
     let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
-    let serving = tokio::spawn(serve(listener, router(parts), patience, async {
+    let serving = tokio::spawn(serve(listener, router(parts), patience, Places::default(), async {
         let _ = stopped.await;
     }));
     let begin = Instant::now();

@@ -4,7 +4,7 @@ use crate::cli::ServeArgs;
 use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
-use gable_coordinator::{Coordinator, Limits, Patience, create_first_token};
+use gable_coordinator::{Coordinator, Limits, Patience, Places, create_first_token};
 use gable_job_store::{Retention, Store};
 use std::time::Duration;
 
@@ -28,6 +28,13 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         .await
         .map_err(|e| UsageError(format!("--listen {}: {e}", args.listen)))?;
     let address = listener.local_addr()?;
+    let probes = match args.probes {
+        Some(at) => {
+            let bound = tokio::net::TcpListener::bind(at).await;
+            Some(bound.map_err(|e| UsageError(format!("--probes {at}: {e}")))?)
+        }
+        None => None,
+    };
     let workers = if args.all { service::workers(&parts, &args.keep, &args.slots)? } else { Vec::new() };
     let limits = Limits {
         upload: args.upload_size << 20,
@@ -55,11 +62,27 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     let noting = gable_coordinator::keep_audit(&noting, note_stop);
     let delivering = gable_coordinator::deliver(&parts.store, args.private_webhooks, stop.clone());
     let serving = async {
+        let mut also_stop = stop.clone();
+        let also_stopped = async move {
+            let _ = also_stop.wait_for(|&s| s).await;
+        };
         let stopped = async move {
             let _ = stop.wait_for(|&s| s).await;
         };
-        let app = gable_coordinator::router(coordinator);
-        gable_coordinator::serve(listener, app, Patience::default(), stopped).await;
+        let places = Places {
+            all: service::room_for_connections(),
+            of_address: usize::try_from(args.connections).unwrap_or(usize::MAX),
+            proxies: args.trusted_proxy.clone(),
+        };
+        let probing = async {
+            if let Some(listener) = probes {
+                let app = gable_coordinator::probes(coordinator.clone());
+                let few = Places { all: PROBES, of_address: PROBES, proxies: Vec::new() };
+                gable_coordinator::serve(listener, app, Patience::default(), few, also_stopped).await;
+            }
+        };
+        let app = gable_coordinator::router(coordinator.clone());
+        tokio::join!(gable_coordinator::serve(listener, app, Patience::default(), places, stopped), probing);
     };
     let hours = |name, value: f64| service::seconds(name, value * 3600.0);
     let collecting = service::collect(
@@ -84,6 +107,9 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     };
     service::within(all, last_stop, most).await
 }
+
+/// Most connections of supervisors at a time.
+const PROBES: usize = 64;
 
 /// For how long a worker that is not seen any more is told.
 const WORKERS: Duration = Duration::from_secs(7 * 86_400);
