@@ -85,6 +85,10 @@ def systemd():
             copy = pathlib.Path(folder) / unit.name
             copy.write_text(unit.read_text().replace("/usr/bin/gable", "/bin/true"))
             run(f"systemd-analyze verify {unit.name}", "systemd-analyze", "verify", "--man=no", copy)
+            # A restart leaves tasks the time that the program gives them, and does not end them behind its back.
+            text = unit.read_text()
+            patience = int(re.search(r"^TimeoutStopSec=(\d+)$", text, re.M).group(1))
+            check(f"{unit.name}: tasks end by their worker", re.search(r"^KillMode=mixed$", text, re.M) and patience >= 75, patience)
             run(f"systemd-analyze security {unit.name}", "systemd-analyze", "security", "--offline=true", "--threshold=20", copy)
 
 

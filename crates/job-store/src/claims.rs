@@ -119,13 +119,13 @@ impl Store {
     /// If the database does not answer.
     pub async fn claim_as(&self, by: &Claimant, lease: Duration) -> Result<Option<Claim>, JobStoreError> {
         let statement = format!(
-            "SELECT id FROM job WHERE state IN ('accepted', 'running') AND EXISTS (SELECT 1 FROM task \
+            "SELECT id FROM job WHERE state IN ('accepted', 'running') AND COALESCE(program, $3) = $3 AND EXISTS (SELECT 1 FROM task \
              WHERE task.job = job.id AND task.state = 'ready' AND task.stage = job.stage AND task.not_before <= {{now}} AND {}) \
              ORDER BY priority DESC, created, id LIMIT 8",
             self.for_node()
         );
-        let jobs =
-            sqlx::query(self.sql_of(&statement)).bind(&by.node).bind(by.task_memory).fetch_all(&self.pool).await?;
+        let query = sqlx::query(self.sql_of(&statement)).bind(&by.node).bind(by.task_memory).bind(&by.version);
+        let jobs = query.fetch_all(&self.pool).await?;
         for row in jobs {
             let claim = self.claim_of(row.try_get("id")?, by, lease).await?;
             if claim.is_some() {
@@ -139,6 +139,12 @@ impl Store {
         let mut tx = self.begin().await?;
         let job = self.locked(&mut tx, id).await?;
         if !matches!(job.state, JobState::Accepted | JobState::Running) {
+            return Ok(None);
+        }
+        // The job is of the version whose worker takes its first task. It was not bound when it was looked for.
+        let statement = "UPDATE job SET program = $2 WHERE id = $1 AND COALESCE(program, $2) = $2";
+        let bound = sqlx::query(statement).bind(id).bind(&by.version).execute(&mut *tx).await?;
+        if !crate::database::one_row(&bound) {
             return Ok(None);
         }
         let statement = format!(
@@ -369,6 +375,12 @@ impl Store {
             Retry::Elsewhere => {
                 // It waits for a node that has what it needs, and is given up later.
                 self.note_node(tx, claim, "unfit").await?;
+                // Where nothing is made yet, a node of another version may have it.
+                let statement = "UPDATE job SET program = NULL WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM task \
+                                 WHERE task.job = job.id AND (task.state IN ('done', 'reused') \
+                                 OR (task.state = 'running' AND NOT (task.stage = $2 AND task.unit = $3))))";
+                let query = sqlx::query(statement).bind(&claim.job).bind(claim.stage).bind(&claim.unit);
+                query.execute(&mut **tx).await?;
                 true
             }
             Retry::After(wanted) | Retry::WithMemory(wanted, _) => {

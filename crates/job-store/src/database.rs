@@ -2,6 +2,7 @@
 
 use crate::JobStoreError;
 use sqlx::any::{AnyPoolOptions, AnyQueryResult};
+use sqlx::migrate::MigrateError;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{Any, AnyPool, AssertSqlSafe, Connection, Executor, Transaction};
 use std::fs::File;
@@ -96,7 +97,7 @@ impl Store {
             })
             .connect(&address)
             .await?;
-        MIGRATIONS.run(&pool).await?;
+        MIGRATIONS.run(&pool).await.map_err(newer)?;
         Ok(Self { pool, dialect, writes: Arc::default() })
     }
 
@@ -171,6 +172,17 @@ fn lock(path: &Path) -> Result<File, JobStoreError> {
     let file = File::options().write(true).create(true).truncate(false).open(path).map_err(wrong)?;
     file.lock().map_err(wrong)?;
     Ok(file)
+}
+
+/// Tables that this program does not know are of a newer one.
+fn newer(error: MigrateError) -> JobStoreError {
+    match error {
+        MigrateError::VersionMissing(found) => {
+            let known = MIGRATIONS.iter().map(|migration| migration.version).max().unwrap_or(0);
+            JobStoreError::NewerTables { found, known }
+        }
+        other => other.into(),
+    }
 }
 
 /// Whether exactly one row was changed.

@@ -150,6 +150,17 @@ pub enum JobStoreError {
     /// The database.
     #[error("database: {}", with_causes(.0))]
     Database(#[from] sqlx::Error),
+    /// The tables are of a newer version of the program.
+    #[error(
+        "the database was brought up to date by a newer gable: it has tables of version {found}, and this program knows them up to {known}. \
+         Start that program here, too; to go back to this one, restore the database as it was before the upgrade"
+    )]
+    NewerTables {
+        /// A version that is not known here.
+        found: i64,
+        /// The last that is known.
+        known: i64,
+    },
     /// The tables could not be brought up to date.
     #[error("migrating the database: {}", with_causes(.0))]
     Migrate(#[from] sqlx::migrate::MigrateError),

@@ -29,6 +29,7 @@ mod tasks;
 mod texts;
 mod tokens;
 mod uploads;
+mod versions;
 mod webhooks;
 mod workers;
 
@@ -55,5 +56,6 @@ pub use schedules::{Missed, NewSchedule, RunOutcome, Schedule, ScheduleRun, Tick
 pub use tasks::{NewTask, Task, TaskCounts, TaskState};
 pub use tokens::{Scope, TokenRecord};
 pub use uploads::Upload;
+pub use versions::Anew;
 pub use webhooks::{Callback, MessageState, NewCallback, Sent, Webhook, WebhookEvent, WebhookMessage};
 pub use workers::Worker;

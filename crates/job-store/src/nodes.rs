@@ -25,13 +25,15 @@ pub struct Claimant {
     pub node: String,
     /// Most memory that a task may use there, bytes.
     pub task_memory: i64,
+    /// Its version.
+    pub version: String,
 }
 
 impl Claimant {
     /// A worker that is alone in its process, and has what any task needs.
     #[must_use]
     pub fn alone(worker: &str) -> Self {
-        Self { worker: worker.to_owned(), node: worker.to_owned(), task_memory: i64::MAX }
+        Self { worker: worker.to_owned(), node: worker.to_owned(), task_memory: i64::MAX, version: String::new() }
     }
 }
 
@@ -44,9 +46,11 @@ pub struct Verdict {
     pub failed_elsewhere: usize,
 }
 
-/// A node, `w`, that is there and takes tasks, is none of those that the task has tried or that lack what it needs, and has its memory.
+/// A node, `w`, that is there and takes tasks, is of the version that does the job, is none of those that the task has tried or that lack
+/// what it needs, and has its memory.
 /// The first place is that of the node that asks, which does not count.
 const ANOTHER: &str = "EXISTS (SELECT 1 FROM worker AS w WHERE w.seen > {now} - {there} AND w.trouble IS NULL AND w.node <> $1 \
+                       AND w.version = COALESCE((SELECT program FROM job WHERE job.id = task.job), w.version) \
                        AND w.task_memory >= task.needs_memory AND NOT EXISTS (SELECT 1 FROM task_node AS tried \
                        WHERE tried.job = task.job AND tried.stage = task.stage AND tried.unit = task.unit AND tried.node = w.node))";
 

@@ -116,7 +116,8 @@ impl Store {
     }
 
     /// Adds tasks to a job that is locked; `origin` is the stage of the task that adds them, -1 for the submission. A task
-    /// that is there already stays as it is.
+    /// that is there already stays as it is. Fences begin at the number of the job's last event, which is as high as any of its fences: so
+    /// whoever held a task of the same name that was removed since has lost it.
     pub(crate) async fn add_tasks(
         &self,
         tx: &mut Tx,
@@ -127,7 +128,7 @@ impl Store {
         for task in tasks {
             sqlx::query(
                 "INSERT INTO task (job, stage, unit, input, required, state, attempts, max_attempts, fence, not_before, origin) \
-                 VALUES ($1, $2, $3, $4, $5, 'ready', 0, $6, 0, 0, $7) ON CONFLICT (job, stage, unit) DO NOTHING",
+                 VALUES ($1, $2, $3, $4, $5, 'ready', 0, $6, (SELECT events FROM job WHERE id = $1), 0, $7) ON CONFLICT (job, stage, unit) DO NOTHING",
             )
             .bind(job)
             .bind(task.stage)

@@ -7,8 +7,9 @@ use gable_job_store::Cause;
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use std::ffi::OsString;
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{ExitStatus, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
@@ -43,6 +44,8 @@ pub(crate) enum Ended {
     BadInput(String),
     /// Otherwise; another attempt may go better.
     Badly(String),
+    /// By a signal that asks programs to end, which was not sent by its worker.
+    Told(String),
     /// It was stopped because the task is no longer the worker's.
     Stopped,
 }
@@ -150,8 +153,15 @@ pub(crate) async fn run(
         },
         Some(BAD_INPUT) => Ended::BadInput(said),
         Some(FAILED) if !said.is_empty() => Ended::Badly(said),
+        _ if told_to_end(status) => Ended::Told(Cause::died(status, &said)),
         _ => Ended::Badly(Cause::died(status, &said)),
     })
+}
+
+/// Whether a process was ended by a signal by which people and supervisors end programs.
+fn told_to_end(status: ExitStatus) -> bool {
+    let signal = status.signal().and_then(|number| Signal::try_from(number).ok());
+    matches!(signal, Some(Signal::SIGTERM | Signal::SIGINT | Signal::SIGHUP))
 }
 
 /// The variables of the worker's environment that a child may see: where programs are, how text and logs look. The addresses and

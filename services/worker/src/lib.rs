@@ -11,6 +11,7 @@ mod places;
 mod protocol;
 mod task;
 mod tell;
+mod version;
 mod worker;
 
 pub use child::Limits;
@@ -20,4 +21,5 @@ pub use protocol::{
     Addition, BAD_INPUT, Building, CityReport, Ended, FAILED, History, Needs, OBJECTS, Order, PHASE, Report, StageTime,
     UPLOAD,
 };
+pub use version::version;
 pub use worker::{Settings, Worker};

@@ -1,16 +1,18 @@
 //! What a task's result depends on, as one hash; and the finished city in its report.
 
 use crate::protocol::{Building, CityReport, History};
+use crate::version::version;
 use gable_job_store::{Artifact, BlobId, CityBuilding, Claim, JobStoreError, Publication};
 use std::path::Path;
 
-/// Changes whenever results of earlier versions must not be taken over.
-const VERSION: &str = concat!("gable ", env!("CARGO_PKG_VERSION"), " outcome 1");
+/// Changes whenever results of earlier builds of the same version must not be taken over.
+const OUTCOME: u32 = 1;
 
 /// The key of a task's result: equal keys mean equal results. The job, its source and its parameters count only as far as
 /// they have come into the task's input.
 pub(crate) fn key(claim: &Claim, input: &serde_json::Value, read: &[Artifact], history: Option<&History>) -> String {
-    let mut text = vec![VERSION.to_owned(), claim.stage.to_string(), claim.unit.clone(), input.to_string()];
+    let program = format!("gable {} outcome {OUTCOME}", version());
+    let mut text = vec![program, claim.stage.to_string(), claim.unit.clone(), input.to_string()];
     for artifact in read {
         text.extend([artifact.path.clone(), artifact.blob.to_string()]);
     }

@@ -21,6 +21,9 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
 
+/// How long it may take until a worker hears that it is to stop, whose children have heard it.
+const MOMENT: Duration = Duration::from_secs(2);
+
 /// How often a task that a child adds is tried.
 const ATTEMPTS: i64 = 3;
 
@@ -49,6 +52,8 @@ pub(crate) struct Around<'a> {
     pub(crate) cache: &'a Cache,
     pub(crate) settings: &'a Settings,
     pub(crate) places: &'a Places,
+    /// Becomes true when the worker is told to stop.
+    pub(crate) stopping: watch::Receiver<bool>,
     pub(crate) state: &'a watch::Sender<State>,
     pub(crate) log: Arc<Log>,
 }
@@ -74,6 +79,8 @@ enum Made {
     NoMemory(String),
     /// This worker lacks something that it needs.
     Unfit(String),
+    /// Its program was ended with the worker: the attempt does not count.
+    Interrupted,
     Stopped,
 }
 
@@ -87,7 +94,7 @@ impl fmt::Display for Made {
             Self::Away(reason) | Self::NoDisk(reason) => write!(f, "handed back: {reason}"),
             Self::NoMemory(reason) => write!(f, "failed: {reason}"),
             Self::Unfit(reason) => write!(f, "for another worker: {reason}"),
-            Self::Stopped => write!(f, "handed back"),
+            Self::Interrupted | Self::Stopped => write!(f, "handed back"),
         }
     }
 }
@@ -201,6 +208,11 @@ impl Around<'_> {
         Ok(match ended {
             Ended::Stopped => Made::Stopped,
             Ended::BadInput(reason) => Made::BadInput(reason),
+            // A supervisor that ends a whole group of processes ends the children with their worker, and may come to them first.
+            Ended::Told(reason) => match self.is_stopping().await {
+                true => Made::Interrupted,
+                false => Made::Failed(reason),
+            },
             Ended::Badly(reason) if health::says_local(&reason) => Made::NoDisk(reason),
             Ended::Badly(reason) if Cause::of(&reason) == Some(Cause::Memory) => Made::NoMemory(reason),
             Ended::Badly(reason) => Made::Failed(reason),
@@ -253,6 +265,13 @@ impl Around<'_> {
                 }
             }
         }
+    }
+
+    /// Whether the worker is told to stop, now or within a moment.
+    async fn is_stopping(&self) -> bool {
+        let mut stopping = self.stopping.clone();
+        let told = tokio::time::timeout(MOMENT, stopping.wait_for(|&stop| stop)).await;
+        matches!(told, Ok(Ok(_)))
     }
 
     fn say(&self, phase: &str) {
@@ -419,6 +438,7 @@ impl Around<'_> {
                     Made::Away(reason) | Made::NoDisk(reason) => {
                         self.store.release_for(claim, &shown(reason)).await.map(Some)
                     }
+                    Made::Interrupted => self.store.release(claim).await.map(Some),
                     Made::Stopped if draining => self.store.release(claim).await.map(Some),
                     // A heartbeat was told so before there was a result to refuse.
                     Made::Stopped => Ok(None),
@@ -434,7 +454,7 @@ impl Around<'_> {
             (Ok(_), Made::Away(reason) | Made::NoDisk(reason) | Made::Unfit(reason)) => {
                 ("handed-back", Some(reason.clone()))
             }
-            (Ok(_), Made::Stopped) => ("handed-back", None),
+            (Ok(_), Made::Interrupted | Made::Stopped) => ("handed-back", None),
             (Err(JobStoreError::NoOutcome { .. }), _) => ("handed-back", None),
             (Err(e), _) => ("lost", Some(format!("not handed in: {e}"))),
         };
@@ -450,7 +470,7 @@ impl Around<'_> {
                     }
                     Made::Away(reason) | Made::NoDisk(reason) => tracing::warn!(reason, "task handed back"),
                     Made::Unfit(reason) => tracing::warn!(reason, "task left to other workers"),
-                    Made::Stopped => tracing::info!("task handed back"),
+                    Made::Interrupted | Made::Stopped => tracing::info!("task handed back"),
                 }
                 Ok(())
             }

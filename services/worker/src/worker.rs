@@ -7,9 +7,10 @@ use crate::log::Log;
 use crate::places::Places;
 use crate::task::Around;
 use crate::tell;
+use crate::version::version;
 use crate::{Limits, WorkerError};
 use gable_files::SourceRoots;
-use gable_job_store::{Blobs, Claim, Claimant, JobStoreError, Store, Worker as Seen};
+use gable_job_store::{Anew, Blobs, Claim, Claimant, JobStoreError, Store, Worker as Seen};
 use std::convert::Infallible;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -20,6 +21,10 @@ use tracing::Instrument as _;
 
 /// How often a worker says that it is alive, at least.
 const SEEN: Duration = Duration::from_secs(5);
+
+/// How long nothing has to go on at a job whose version has no worker left, before it is begun anew: workers that start again are there by
+/// then.
+const IDLE: Duration = Duration::from_secs(20);
 
 /// How a worker works.
 #[derive(Clone, Debug)]
@@ -65,6 +70,7 @@ pub struct Worker {
     settings: Settings,
     /// What users are not told.
     places: Places,
+    version: String,
     state: watch::Sender<State>,
     /// The task under way.
     task: Mutex<Option<String>>,
@@ -88,6 +94,7 @@ impl Worker {
             cache,
             settings,
             places,
+            version: version(),
             state: watch::Sender::new(State::default()),
             task: Mutex::new(None),
         })
@@ -133,6 +140,7 @@ impl Worker {
                         cache: &self.cache,
                         settings: &self.settings,
                         places: &self.places,
+                        stopping: stop.clone(),
                         state: &self.state,
                         log: Arc::new(Log::new()),
                     };
@@ -176,11 +184,18 @@ impl Worker {
             worker: id.clone(),
             node: node.clone(),
             task_memory: i64::try_from(self.settings.limits.memory).unwrap_or(i64::MAX),
+            version: self.version.clone(),
         };
         let claim = match health.may_claim(&self.store, node, folder, *rest).await? {
             true => self.store.claim_as(&by, self.settings.lease).await?,
             false => None,
         };
+        // Who has nothing to do looks for jobs that nobody goes on with.
+        if claim.is_none() {
+            for Anew { job, before } in self.store.begin_anew(&by, IDLE).await? {
+                tracing::warn!(job, before, "job begun anew: no worker is left of the version that had begun it");
+            }
+        }
         let name = claim.as_ref().map(|c| format!("{} {} {}", c.job, c.stage, c.unit));
         *self.task.lock().unwrap_or_else(PoisonError::into_inner) = name;
         Ok(claim)
@@ -201,7 +216,7 @@ impl Worker {
                 id: self.settings.id.clone(),
                 host: self.settings.host.clone(),
                 pid: i64::from(std::process::id()),
-                version: env!("CARGO_PKG_VERSION").to_owned(),
+                version: self.version.clone(),
                 started: 0,
                 seen: 0,
                 task: self.task.lock().unwrap_or_else(PoisonError::into_inner).clone(),

@@ -16,3 +16,4 @@ mod standards;
 mod telling;
 mod tokens;
 mod traces;
+mod upgrade;

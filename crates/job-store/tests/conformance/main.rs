@@ -11,6 +11,7 @@ mod schedules;
 mod suite;
 mod tenants;
 mod uploads;
+mod versions;
 
 use gable_job_store::{Blobs, Store};
 
@@ -72,6 +73,9 @@ conformance!(
     suite::random_deaths_change_nothing,
     suite::events_have_no_gaps,
     suite::figures_tell_what_was_done,
+    versions::a_job_stays_with_the_version_that_began_it,
+    versions::a_job_whose_version_is_gone_begins_anew,
+    versions::what_a_version_cannot_do_another_may,
     suite::lists_are_paged,
     suite::artefacts_are_found_by_prefix,
     suite::artefacts_are_found_by_place,

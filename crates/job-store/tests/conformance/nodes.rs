@@ -25,7 +25,7 @@ async fn node(store: &Store, name: &str, task_memory: i64, trouble: Option<&str>
         trouble: trouble.map(str::to_owned),
     };
     store.see_worker(&worker).await.expect("seen");
-    Claimant { worker: worker.id, node: worker.node, task_memory }
+    Claimant { worker: worker.id, node: worker.node, task_memory, version: worker.version }
 }
 
 async fn claim(store: &Store, by: &Claimant) -> Option<Claim> {
