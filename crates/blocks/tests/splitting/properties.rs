@@ -98,10 +98,17 @@ fn blocks_of_a_size_and_empty_ones() {
 fn bad_scenes_and_grids_leave_no_block() {
     let folder = Folder::new();
     let good = folder.obj("good.obj", &sheet(4, 3.0, DVec3::ZERO));
+    let text = std::fs::read_to_string(&good).expect("reads");
+    // One broken face of many is left out and told; a file of nothing else is refused.
+    let scratched = folder.path().join("scratched.obj");
+    std::fs::write(&scratched, text.clone() + "f 1 2 99999\n").expect("writes");
+    let report = folder.split(&scratched, count(2, 2), "scratched").expect("one face is broken");
+    assert_eq!((report.counts.triangles, report.counts.faces), (32, 33));
     let bad = folder.path().join("bad.obj");
-    std::fs::write(&bad, std::fs::read_to_string(&good).expect("reads") + "f 1 2 99999\n").expect("writes");
-    let said = folder.split(&bad, count(2, 2), "bad").expect_err("an index is out of range").to_string();
-    assert!(said.ends_with("bad.obj: line 129: a face names vertex 99999, but there are 96"), "{said}");
+    let vertices: String = text.lines().filter(|line| line.starts_with('v')).map(|line| format!("{line}\n")).collect();
+    std::fs::write(&bad, vertices + "f 1 2 99999\n").expect("writes");
+    let said = folder.split(&bad, count(2, 2), "bad").expect_err("all faces are broken").to_string();
+    assert!(said.contains("bad.obj") && said.contains("line 97: a face names vertex 99999, but there are 96"), "{said}");
     let said = folder.split(&good, count(2, 200), "bad").expect_err("too many rows").to_string();
     assert_eq!(said, "the grid cannot be made: 200 rows of blocks are asked for, but there are 40 rows of pixels");
     let left = std::fs::read_dir(folder.path().join("bad")).expect("is there").count();
