@@ -147,7 +147,7 @@ Examples:
   gable run mesh.glb --out city --up y --crs EPSG:7415 --json > summary.json
   gable run mesh.obj --out baseline --preset zhu2018
 
-INPUT is an OBJ, PLY, OFF, GLB or glTF file, or a folder of OBJ tiles as photogrammetry programs
+INPUT is an OBJ, PLY, OFF, GLB or glTF file, a tileset.json, or a folder of tiles as photogrammetry programs
 write it, with or without metadata.xml.
 
 DIR gets city.city.jsonl, tiles/*.city.json, tiles/*.gml, index.json, report.html and report.json.
@@ -207,6 +207,9 @@ pub(crate) struct ParamArgs {
     /// What is added to the coordinates, in the units of the reference system [default: what files beside the mesh say]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) origin: Option<String>,
+    /// Of 3D Tiles, how far from the finest shape the tiles that are read may be, metres [default: 0, the finest]
+    #[arg(long, value_name = "M")]
+    pub(crate) error: Option<String>,
     /// Refuse a mesh with damage that else is left out and counted: vertices that are no numbers, damaged files among others
     #[arg(long)]
     pub(crate) strict: bool,

@@ -108,7 +108,10 @@ fn bad_scenes_and_grids_leave_no_block() {
     let vertices: String = text.lines().filter(|line| line.starts_with('v')).map(|line| format!("{line}\n")).collect();
     std::fs::write(&bad, vertices + "f 1 2 99999\n").expect("writes");
     let said = folder.split(&bad, count(2, 2), "bad").expect_err("all faces are broken").to_string();
-    assert!(said.contains("bad.obj") && said.contains("line 97: a face names vertex 99999, but there are 96"), "{said}");
+    assert!(
+        said.contains("bad.obj") && said.contains("line 97: a face names vertex 99999, but there are 96"),
+        "{said}"
+    );
     let said = folder.split(&good, count(2, 200), "bad").expect_err("too many rows").to_string();
     assert_eq!(said, "the grid cannot be made: 200 rows of blocks are asked for, but there are 40 rows of pixels");
     let left = std::fs::read_dir(folder.path().join("bad")).expect("is there").count();

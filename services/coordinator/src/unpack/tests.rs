@@ -272,3 +272,18 @@ fn what_is_no_archive_is_refused() {
         Err(UnpackError::Damaged(_))
     ));
 }
+
+#[test]
+fn other_ways_of_packing_are_named_with_what_to_do() {
+    // BZip2, LZMA, Zstandard, PPMd.
+    for number in [12_u16, 14, 93, 98] {
+        let mut whole = bytes(with(&[("a.obj", b"v 0 0 0")]));
+        // The method stands in the header before the entry and in the directory at the end.
+        for (signature, at) in [(b"PK\x03\x04", 8), (b"PK\x01\x02", 10)] {
+            let header = whole.windows(4).position(|w| w == signature).expect("a header");
+            whole[header + at..header + at + 2].copy_from_slice(&number.to_le_bytes());
+        }
+        let said = told(file(&whole), &Limits::default());
+        assert!(said.contains("a.obj is packed as by BZip2") && said.contains("by Deflate"), "{number}: {said}");
+    }
+}

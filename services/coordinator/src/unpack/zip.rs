@@ -4,9 +4,9 @@ use super::UnpackError;
 use super::entry::{Intake, Kind};
 use std::fs::File;
 use std::io::BufReader;
-use zip::ZipArchive;
 use zip::read::ZipFile;
 use zip::result::ZipError;
+use zip::{CompressionMethod, ZipArchive};
 
 pub(super) fn unpack(archive: BufReader<File>, intake: &mut Intake<'_>) -> Result<(), UnpackError> {
     let mut archive = ZipArchive::new(archive).map_err(told)?;
@@ -20,7 +20,17 @@ pub(super) fn unpack(archive: BufReader<File>, intake: &mut Intake<'_>) -> Resul
             _ => Kind::File,
         };
         let size = entry.size();
-        intake.take(&name, kind, size, &mut entry)?;
+        let is_read = matches!(
+            entry.compression(),
+            CompressionMethod::STORE | CompressionMethod::DEFLATE | CompressionMethod::DEFLATE64
+        );
+        intake.take(&name, kind, size, &mut entry).map_err(|error| {
+            if is_read {
+                error
+            } else {
+                repack(&format!("{name} is packed as by BZip2, LZMA, PPMd or Zstandard, which are not read"))
+            }
+        })?;
     }
     Ok(())
 }
@@ -38,9 +48,13 @@ fn name(entry: &ZipFile<'_, BufReader<File>>) -> String {
 /// What is wrong, and what to do.
 fn told(error: ZipError) -> UnpackError {
     match error {
-        ZipError::UnsupportedArchive(what) => UnpackError::Damaged(format!(
-            "{what}: pack it without a password, by Deflate, which is what ZIP programs do unless they are told otherwise"
-        )),
+        ZipError::UnsupportedArchive(what) => repack(what),
         other => UnpackError::damaged(&other),
     }
+}
+
+fn repack(what: &str) -> UnpackError {
+    UnpackError::Damaged(format!(
+        "{what}: pack it without a password, by Deflate, which is what ZIP programs do unless they are told otherwise"
+    ))
 }

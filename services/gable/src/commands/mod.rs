@@ -92,6 +92,7 @@ pub(crate) fn assemble(args: &ParamArgs) -> anyhow::Result<Params> {
         ("input.up", &args.up),
         ("input.crs", &args.crs),
         ("input.origin", &args.origin),
+        ("input.error", &args.error),
         ("output.formats", &args.formats),
         ("resources.threads", &args.threads),
         ("resources.memory", &args.memory),
