@@ -49,7 +49,7 @@ fn welded(triangles: impl Iterator<Item = [DVec3; 3]>) -> TriMesh {
     mesh
 }
 
-/// Area of what is seen from above, if nothing hangs over: half of the sum of the faces' plans where sides face up and down alike.
+/// Area of the plan of all faces that look up, m²; what hangs over other faces counts as often as it does.
 fn plan_area(mesh: &TriMesh) -> f64 {
     (0..mesh.faces.len()).map(|face| 0.5 * mesh.area_normal(face).z.max(0.0)).sum()
 }
