@@ -6,7 +6,7 @@ use gable_lines::{
     LineSegment, LsdParams, PolylineParams, RefineParams, Source, detect_segments, fit_polyline, refine_ring,
     trace_outline,
 };
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use std::hint::black_box;
 
 const SIZE: usize = 512;

@@ -5,7 +5,7 @@
 //! column and row of OpenCV's pixels, whose centres are whole numbers.
 
 use gable_lines::{LsdParams, Source, detect_segments};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use std::time::Instant;
 
 #[expect(clippy::print_stdout, reason = "the segments are read by the script")]

@@ -8,7 +8,7 @@ mod scale;
 
 use crate::{LineSegment, Source};
 use gable_geometry::{DVec2, dvec2};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use gradient::Gradient;
 use region::Region;
 

@@ -1,7 +1,7 @@
 //! Boundary rings of a mask, along the cracks between pixels.
 
 use gable_geometry::{DVec2, dvec2, ring_area};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// A closed boundary: one point at each corner of a pixel that it passes, first point not repeated.
 ///
@@ -100,7 +100,7 @@ pub fn trace_regions<T: Copy + PartialEq>(values: &Raster<T>, none: T) -> Vec<(T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
     use proptest::prelude::*;
 
     fn mask(rows: &[&str]) -> Raster<bool> {

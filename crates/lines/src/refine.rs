@@ -1,7 +1,7 @@
 //! Moves contour points to where the height steps down.
 
 use gable_geometry::DVec2;
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// Parameters of [`refine_ring`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,8 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_geometry::Counter;
 use gable_modeling::{BuildingInput, Method, Params, model};
-use gable_ortho::{GridWindow, Raster, WallEvidence};
+use gable_ortho::WallEvidence;
+use gable_raster::{GridWindow, Raster};
 use std::hint::black_box;
 
 /// A block of `houses` gabled houses in a row, eaves at different heights, turned by nothing and with noise.

@@ -6,7 +6,7 @@
 
 use crate::surface::NONE;
 use gable_geometry::{DVec2, Plane};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use std::collections::BTreeMap;
 
 /// A piece of the line in which two planes meet.
@@ -83,7 +83,7 @@ pub(crate) fn creases(labels: &Raster<u16>, planes: &[Plane], step: f64, reach: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn a_ridge_is_the_line_of_intersection() {

@@ -8,7 +8,7 @@ use crate::creases::borders;
 use crate::surface::NONE;
 use gable_geometry::{DVec2, Plane};
 use gable_lines::LineSegment;
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Eaves whose heights differ by less than this become equal, metres.

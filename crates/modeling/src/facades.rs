@@ -6,7 +6,8 @@
 
 use gable_geometry::{Box2, DVec2};
 use gable_lines::LineSegment;
-use gable_ortho::{GridWindow, Raster, WallEvidence};
+use gable_ortho::WallEvidence;
+use gable_raster::{GridWindow, Raster};
 
 /// Facets this far from the wall that was drawn may be its own, metres.
 const REACH: f64 = 0.8;

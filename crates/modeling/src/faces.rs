@@ -8,7 +8,7 @@ use crate::surface::NONE;
 use gable_arrangement::Arrangement;
 use gable_geometry::Plane;
 use gable_graph_cut::{GraphProblem, Options, expand};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// Weights of the labelling.
 #[derive(Clone, Copy, Debug)]

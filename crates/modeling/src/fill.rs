@@ -1,7 +1,7 @@
 //! The pixels of a polygon, row by row.
 
 use gable_geometry::{DVec2, Polygon};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 
 /// Calls `found` with the column and row of each pixel of a window whose centre lies in a polygon, as
 /// [`Polygon::contains`] tells. O(edges + crossings of edges with rows + pixels found).

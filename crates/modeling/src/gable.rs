@@ -32,8 +32,8 @@ use gable_lines::{
     LineSegment, LocalGraphParams, PolylineParams, Ring, fit_polyline, merge_collinear, orthogonalise_local_graph,
     snap_directions, trace_outline, trace_regions,
 };
-use gable_ortho::Raster;
 use gable_planes::Planes;
+use gable_raster::Raster;
 
 /// Two planes that differ by less than this where they touch, metres, meet there; otherwise there is a step.
 const MEETING: f64 = 0.5;

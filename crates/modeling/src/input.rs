@@ -1,7 +1,8 @@
 //! What modelling one building needs to know.
 
 use gable_geometry::{DVec3, Plane};
-use gable_ortho::{GridWindow, Raster, WallEvidence};
+use gable_ortho::WallEvidence;
+use gable_raster::{GridWindow, Raster};
 
 /// One building and its surroundings, all on the same window of the pixel lattice. The window should reach a few
 /// metres (see [`MARGIN`]) beyond the mask.

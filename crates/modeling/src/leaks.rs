@@ -5,7 +5,7 @@
 
 use gable_arrangement::Arrangement;
 use gable_lines::LineSegment;
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// What is wrong over less than this in width is the straightness of walls, metres.
 const WIDE: f64 = 1.0;
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use gable_geometry::{DVec2, dvec2};
     use gable_lines::Source;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     fn wall(a: DVec2, b: DVec2) -> LineSegment {
         LineSegment { a, b, weight: a.distance(b), source: Source::Outline }

@@ -9,7 +9,7 @@ use crate::roof::{RoofType, round};
 use crate::{lods, party_walls, work, zhu2018};
 use gable_city_model::{Attributes, Lods, Value};
 use gable_geometry::{Box2, Plane, Polygon};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 /// A building as modelled, with what is known of how well it fits.
 #[derive(Clone, Debug)]

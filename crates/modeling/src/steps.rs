@@ -5,7 +5,7 @@
 
 use gable_geometry::DVec2;
 use gable_lines::LineSegment;
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// How steps are looked for.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use gable_geometry::dvec2;
     use gable_lines::Source;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn finds_the_middle_of_a_leaning_wall() {

@@ -8,7 +8,7 @@
 
 use crate::surface::NONE;
 use gable_geometry::{DisjointSets, Plane};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use std::collections::BTreeMap;
 
 /// What counts as a superstructure.
@@ -214,7 +214,7 @@ fn parts(surface: &Raster<u16>, planes: &[Plane], step: f64) -> Vec<Part> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     const LIMITS: Limits = Limits { area: 10.0, speck: 1.0, step: 0.5 };
 

@@ -1,7 +1,7 @@
 //! Which roof plane each pixel of the mask belongs to: the detected inliers, completed to the whole mask.
 
 use gable_geometry::Plane;
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -70,7 +70,7 @@ pub(crate) fn complete(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn borders_come_to_lie_on_the_step() {

@@ -3,7 +3,8 @@
 use crate::{BuildingInput, BuildingModel, Params, model};
 use gable_city_model::{Semantic, validate_solid};
 use gable_geometry::{Counter, DVec2, dvec2};
-use gable_ortho::{GridWindow, Raster, WallEvidence};
+use gable_ortho::WallEvidence;
+use gable_raster::{GridWindow, Raster};
 
 const STEP: f64 = 0.2;
 

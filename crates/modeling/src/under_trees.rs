@@ -8,7 +8,7 @@ use crate::fill::pixels_inside;
 use crate::input::BuildingInput;
 use gable_geometry::{Box2, DVec2, Polygon, symmetric_eigen_2};
 use gable_lines::{LineSegment, Source, snap_directions, trace_outline};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 /// A bite shorter than this along the outline is noise of the labels, metres; so is a glimpse of the outline between leaves.
 const SHORTEST_RUN: f64 = 1.0;

@@ -8,7 +8,7 @@ use crate::input::BuildingInput;
 use crate::leaks::middles;
 use crate::surface::NONE;
 use gable_geometry::Plane;
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// How far below its plane a web lies, metres: more than any gutter, roof terrace or light well that is worth a plane.
 const BELOW: f32 = 2.5;
@@ -95,7 +95,8 @@ fn fall(part: &[usize], height: &Raster<f32>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::{GridWindow, WallEvidence};
+    use gable_ortho::WallEvidence;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 60, height: 50 };
 

@@ -25,7 +25,8 @@ mod tests {
     use super::*;
     use crate::{BuildingInput, BuildingModel, model};
     use gable_geometry::Counter;
-    use gable_ortho::{GridWindow, Raster, WallEvidence};
+    use gable_ortho::WallEvidence;
+    use gable_raster::{GridWindow, Raster};
 
     /// Square level roofs of 6 m, `columns` by `columns`, each of its own height, as one mask.
     fn blocks(columns: usize) -> BuildingInput {

@@ -16,8 +16,8 @@ use gable_arrangement::{Arrangement, Extension, Options, extend};
 use gable_geometry::{Covariance3, DVec2, DVec3, Plane};
 use gable_graph_cut::{GraphProblem, expand};
 use gable_lines::{LineSegment, LsdParams, Source, detect_segments, grey, merge_collinear, snap_directions};
-use gable_ortho::Raster;
 use gable_planes::{facade_directions, facade_segments, ransac, roof_directions, vsa};
+use gable_raster::Raster;
 
 /// Hypotheses of each RANSAC.
 const ITERATIONS: usize = 400;

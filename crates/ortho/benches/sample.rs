@@ -3,7 +3,8 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_blocks::{BlockMesh, BlockTriangle, UNITS_PER_METRE};
 use gable_geometry::Counter;
-use gable_ortho::{CleanParams, GridWindow, Orthograph, SampleParams, Texture, TextureSource, clean, sample};
+use gable_ortho::{CleanParams, Orthograph, SampleParams, Texture, TextureSource, clean, sample};
+use gable_raster::GridWindow;
 use std::hint::black_box;
 use std::sync::Arc;
 

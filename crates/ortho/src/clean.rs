@@ -1,7 +1,8 @@
 //! Cleaning an orthograph: spikes out, small holes closed.
 
-use crate::{DespikeParams, Orthograph, Raster, despike, fill_holes, quantised_normal};
+use crate::{DespikeParams, Orthograph, despike, fill_holes, quantised_normal};
 use gable_geometry::DVec3;
+use gable_raster::Raster;
 
 /// Heights that differ by more from one pixel to the next are not one surface, metres.
 const STEP: f32 = 1.0;
@@ -77,7 +78,7 @@ fn normal(height: &Raster<f32>, x: usize, y: usize) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn a_pole_on_a_slope_becomes_the_slope() {

@@ -1,6 +1,6 @@
 //! Removes spikes and pits: floating parts, cables, poles and holes that reconstruction noise leaves in a height map.
 
-use crate::Raster;
+use gable_raster::Raster;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -177,8 +177,8 @@ impl Flood {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GridWindow;
     use gable_geometry::Counter;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 90, height: 80 };
 

@@ -21,8 +21,9 @@
 //!    lowest and highest height, as twenty planes of bytes.
 
 use crate::orthograph::{decode_normal, encode_normal};
-use crate::{GridWindow, Orthograph, Raster, WallEvidence};
+use crate::{Orthograph, WallEvidence};
 use gable_geometry::DVec3;
+use gable_raster::{GridWindow, Raster};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! Closes small holes of a height map.
 
-use crate::Raster;
+use gable_raster::Raster;
 
 /// Steps east and north of the sixteen directions in which a hole's rim is looked for.
 const DIRECTIONS: [(i64, i64); 16] = [
@@ -114,7 +114,7 @@ fn interpolate(height: &Raster<f32>, x: usize, y: usize, reach: usize) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn holes_get_the_surface_around_them() {

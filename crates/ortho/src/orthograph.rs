@@ -1,8 +1,8 @@
 //! The orthograph: what a mesh looks like from straight above, on one window of the pixel lattice.
 
 use crate::scan::floor;
-use crate::{GridWindow, Raster};
 use gable_geometry::DVec3;
+use gable_raster::{GridWindow, Raster};
 
 /// Steps of a normal's code along each axis, from −1 to 1.
 const NORMAL_STEPS: f64 = 1023.0;

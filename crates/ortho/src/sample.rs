@@ -4,9 +4,10 @@ use crate::orthograph::quantised_normal;
 use crate::scan::{Gradients, ScanTriangle};
 use crate::texture::Footprint;
 use crate::walls::WallCollector;
-use crate::{GridWindow, Orthograph, Raster, TextureSource};
+use crate::{Orthograph, TextureSource};
 use gable_blocks::{BlockMesh, BlockTriangle};
 use gable_geometry::{DVec2, DVec3};
+use gable_raster::{GridWindow, Raster};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 

@@ -1,8 +1,8 @@
 //! Scan conversion: the pixel centres that a triangle covers, seen from above.
 
-use crate::GridWindow;
 use gable_blocks::{BlockTriangle, UNITS_PER_METRE};
 use gable_geometry::{DVec2, DVec3};
+use gable_raster::GridWindow;
 use std::ops::Range;
 
 /// The largest whole number that is not larger; much faster than `f64::floor`, which is a call on plain x86-64.

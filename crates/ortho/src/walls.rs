@@ -1,9 +1,10 @@
 //! Wall evidence: the area of steep triangles, spread over the pixels of their projection.
 
+use crate::WallEvidence;
 use crate::scan::floor;
-use crate::{GridWindow, Raster, WallEvidence};
 use gable_blocks::BlockTriangle;
 use gable_geometry::DVec3;
+use gable_raster::{GridWindow, Raster};
 
 /// Fixed-point units per m²: sums of whole numbers do not depend on the order of the triangles.
 const UNITS: f64 = (1u32 << 20) as f64;

@@ -2,7 +2,7 @@
 
 use crate::PipelineError;
 use crate::mosaic::TileData;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;

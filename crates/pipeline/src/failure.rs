@@ -2,7 +2,7 @@
 
 use crate::stages::split::Blocks;
 use crate::{PipelineError, Stage};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 use std::collections::BTreeMap;
 
 /// Runs a unit of work; a panic in it becomes a stage's error.

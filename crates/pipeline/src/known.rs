@@ -8,7 +8,7 @@ use crate::{PipelineError, budget};
 use gable_city_model::{Attributes, Building, Face, ReadOptions, Semantic, Shell, read_cityjson_str};
 use gable_geometry::{Box2, DVec2, DVec3, Frame, Plane, Polygon};
 use gable_modeling::KnownRoof;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use std::path::Path;
 
 /// Attributes of a footprint that its building keeps.

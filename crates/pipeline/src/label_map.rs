@@ -6,7 +6,7 @@
 use crate::{PipelineError, budget};
 use gable_files::{FileError, Reach};
 use gable_geometry::{Frame, dvec2};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_scene::decode_image;
 use image::{ImageFormat, ImageReader};
 use serde_json::Value;

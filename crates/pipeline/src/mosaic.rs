@@ -1,7 +1,8 @@
 //! Windows of the city's rasters, put together from the tiles on disk.
 
 use crate::PipelineError;
-use gable_ortho::{GridWindow, Orthograph};
+use gable_ortho::Orthograph;
+use gable_raster::GridWindow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};

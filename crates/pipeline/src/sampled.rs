@@ -6,7 +6,8 @@ use crate::workspace::Workspace;
 use crate::{Observer, Params, PipelineError, artefact, run};
 use gable_files::Reach;
 use gable_geometry::Frame;
-use gable_ortho::{GridWindow, Orthograph};
+use gable_ortho::Orthograph;
+use gable_raster::GridWindow;
 use gable_segmentation::GreenExcess;
 use std::path::Path;
 

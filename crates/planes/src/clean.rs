@@ -62,7 +62,7 @@ fn core_counts(partition: &Partition<'_>, reach: usize) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::local_fit::Field;
-    use gable_ortho::{GridWindow, Raster};
+    use gable_raster::{GridWindow, Raster};
 
     #[test]
     fn strips_walls_and_specks_go_and_the_rest_is_renumbered() {

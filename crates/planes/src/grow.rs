@@ -8,7 +8,7 @@ use crate::partition::Partition;
 use crate::roof_plane::{Planes, RoofPlane, UNASSIGNED};
 use crate::seed_regions::{Limits, grow};
 use gable_geometry::{Plane, dvec2, dvec3};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// Parameters of [`detect`]. The defaults suit photogrammetry meshes with about 0.1 m of noise.
 #[derive(Clone, Debug, PartialEq)]

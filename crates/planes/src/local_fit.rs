@@ -1,6 +1,6 @@
 //! Least-squares planes in a small window around every pixel, chosen so that edges stay sharp.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// The surface as one pixel sees it.
 #[derive(Clone, Copy, Debug)]
@@ -183,7 +183,7 @@ impl Field {
 mod tests {
     use super::*;
     use gable_geometry::{Counter, Covariance3, dvec3};
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn moving_sums_agree_with_a_fit_of_each_window() {

@@ -263,7 +263,7 @@ mod tests {
     use super::*;
     use crate::local_fit::Field;
     use gable_geometry::Counter;
-    use gable_ortho::{GridWindow, Raster};
+    use gable_raster::{GridWindow, Raster};
 
     const EVIDENCE: Evidence = Evidence {
         noise_area: 14.0,

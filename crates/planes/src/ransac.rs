@@ -5,7 +5,7 @@ use crate::partition::{Partition, residual_sum};
 use crate::roof_plane::{Planes, UNASSIGNED};
 use crate::{grow, roof_directions::RoofDirection};
 use gable_geometry::{Counter, Covariance3, DVec3, dvec3};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// Parameters of [`detect`]. Zhu 2018 gives none of them; these are common ones.
 #[derive(Clone, Debug, PartialEq)]

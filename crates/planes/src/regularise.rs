@@ -9,7 +9,7 @@ use crate::facade_directions::{self, difference};
 use crate::partition::interior_moments;
 use crate::{Planes, UNASSIGNED};
 use gable_geometry::{Covariance3, DVec2, Plane, dvec3};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use std::f64::consts::FRAC_PI_2;
 
 /// Parameters of [`regularise()`].

@@ -1,7 +1,7 @@
 //! Detected roof planes.
 
 use gable_geometry::{DVec3, Plane};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// Label of a pixel that belongs to no plane.
 pub const UNASSIGNED: u16 = u16::MAX;

@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_geometry::Counter;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::{
     CoarseHeights, FeatureSet, Model, Orthograph, SegmentParams, Terrain, for_each_feature, segment,
 };

@@ -1,6 +1,6 @@
 //! Cleaning of the building label: opening and closing, holes, and regions that cannot be buildings.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 use crate::components::components;
 use crate::morphology::{close, open};
@@ -185,7 +185,7 @@ fn relabel(labels: &mut Raster<u8>, numbers: &Raster<u32>, region: &Component, l
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 200, height: 150 };
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use gable_geometry::Box2;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 /// Samples a cell keeps: the pixels at the centres of its 4 × 4 parts.
 pub(crate) const SIDE: usize = 4;

@@ -1,6 +1,6 @@
 //! Connected regions of a label.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// A connected region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ fn root(parent: &mut [u32], mut k: u32) -> u32 {
 mod tests {
     use super::*;
     use gable_geometry::Counter;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn equals_flood_fill() {

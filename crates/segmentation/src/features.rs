@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use serde::{Deserialize, Serialize};
 
 use crate::colour::colour_features;
@@ -277,7 +277,7 @@ fn radius(side: f64, step: f64) -> usize {
 mod tests {
     use super::*;
     use gable_geometry::Counter;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn sets_hand_on_as_many_planes_as_they_name() {

@@ -3,7 +3,7 @@
 //! Colour alone takes a sedum roof or green sheet metal for a tree, however large and level it is. No crown is a plane
 //! over many metres, whatever its colour.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 use crate::patches::patch_areas;
 use crate::roughness::{box_mean, box_min, plane_residual};
@@ -116,7 +116,7 @@ fn facet_borders(normal: &Raster<[f32; 3]>) -> Vec<f32> {
 mod tests {
     use super::*;
     use gable_geometry::Counter;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 160, height: 120 };
 

@@ -89,7 +89,7 @@ pub(crate) fn fit(samples: &[f32; 16]) -> Option<Fit> {
 mod tests {
     use super::*;
     use gable_geometry::Counter;
-    use gable_ortho::{GridWindow, Raster};
+    use gable_raster::{GridWindow, Raster};
 
     // A gently sloping town of 5 × 5 gabled roofs, its surface `noisy` and its ground and its crowns rough besides.
     fn found(noisy: f64, ground: f64, crowns: f64) -> f64 {

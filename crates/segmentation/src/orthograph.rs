@@ -1,6 +1,6 @@
 //! What the labelling looks at: the maps of one window.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 use crate::Error;
 

@@ -1,6 +1,6 @@
 //! Planar patches of what stands high: region growing on the height map.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 use crate::roughness::{PlaneFit, plane_fit};
 
@@ -165,7 +165,7 @@ impl Sums {
 mod tests {
     use super::*;
     use gable_geometry::Counter;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: 0, y0: 0, width: 80, height: 60 };
 

@@ -1,6 +1,6 @@
 //! How colourful a flight is, and its photographs brought to one measure.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use serde::{Deserialize, Serialize};
 
 /// Share of a city's pixels that are less green than the mark.
@@ -89,7 +89,7 @@ pub fn saturated(colour: &Raster<[u8; 3]>, factor: f32) -> Raster<[u8; 3]> {
 mod tests {
     use super::*;
     use gable_geometry::Counter;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: -37, y0: 11, width: 120, height: 90 };
 

@@ -1,7 +1,7 @@
 //! Labelling of the orthograph: data terms, smoothness and the graph cut (Zhu 2018, §4.2).
 
 use gable_graph_cut::{GridProblem, Options, expand_grid};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use serde::{Deserialize, Serialize};
 
 use crate::cleanup::{CleanupParams, clean_buildings};
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
     use crate::stumps::Stump;
     use gable_geometry::Counter;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     const WINDOW: GridWindow = GridWindow { step: 0.25, x0: -40, y0: 12, width: 240, height: 200 };
 

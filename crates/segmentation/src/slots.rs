@@ -4,7 +4,7 @@
 //! ragged surface somewhere between eaves and ground. Taken by its height, that is a low roof that ties two buildings
 //! together.
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 use crate::roughness::box_min;
 
@@ -36,7 +36,7 @@ pub(crate) fn slots(heights: &Raster<f32>, above: &[f32]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     // Whether the middle of a gap of some width (metres) and depth between roofs at 10 m is a slot.
     fn is_slot(width: f64, floor: f32) -> bool {

@@ -1,6 +1,6 @@
 //! Boosted sums of decision stumps: the strong classifiers and their evaluation (Zhu 2018, Eq. 1–2).
 
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use serde::{Deserialize, Serialize};
 
 use crate::features::{FeatureSet, for_each_feature};

@@ -1,7 +1,7 @@
 //! Training of the plant classifiers from labelled rasters.
 
 use gable_geometry::Counter;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 use crate::boosting::{Boosting, Samples, boost, calibrate};
 use crate::features::{FeatureSet, for_each_feature};

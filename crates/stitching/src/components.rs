@@ -1,6 +1,6 @@
 //! Connected components of one tile, and what has to be known of them at its borders.
 
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use serde::{Deserialize, Serialize};
 
 /// A 4-connected component on one tile.

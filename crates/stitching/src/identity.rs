@@ -1,7 +1,7 @@
 //! Names of buildings, after the place where they stand.
 
 use gable_geometry::{Counter, DVec2, DVec3, Frame};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use std::collections::BTreeMap;
 
 /// An identifier for each centroid (local metres): the world coordinates in whole metres, as in `b-84512-446120`, so
@@ -61,7 +61,7 @@ fn signed(value: i64) -> String {
 mod tests {
     use super::*;
     use gable_geometry::{Crs, dvec2};
-    use gable_ortho::GridWindow;
+    use gable_raster::GridWindow;
 
     #[test]
     fn names_are_places_and_unique() {

@@ -2,7 +2,7 @@
 
 use crate::components::{Component, TileComponents};
 use gable_geometry::{DVec2, DisjointSets, dvec2};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 
 /// A whole building: all components, over all tiles, that hang together.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,7 @@ fn join_neighbours(mut sides: Vec<SidePixel>, sets: &mut DisjointSets) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::Raster;
+    use gable_raster::Raster;
     use proptest::prelude::*;
 
     fn extents(raster: &Raster<bool>, columns: usize, rows: usize) -> Vec<Component> {

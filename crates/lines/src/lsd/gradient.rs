@@ -1,7 +1,7 @@
 //! Gradient and level-line direction between the pixels.
 
 use gable_geometry::{DVec2, dvec2};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 
 /// Level lines on the corners between four pixels; corner (x, y) lies between columns x, x+1 and rows y, y+1.
 pub(super) struct Gradient {

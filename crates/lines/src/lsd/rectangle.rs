@@ -134,7 +134,7 @@ impl Rectangle {
 mod tests {
     use super::*;
     use gable_geometry::{Counter, dvec2};
-    use gable_ortho::{GridWindow, Raster};
+    use gable_raster::{GridWindow, Raster};
 
     #[test]
     fn counts_the_pixels_inside() {

@@ -1,7 +1,7 @@
 //! Blur and sampling on a coarser lattice.
 
 use super::Scaled;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 /// The published σ of the blur, in pixels of the result.
 const SIGMA: f64 = 0.6;

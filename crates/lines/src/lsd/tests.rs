@@ -1,6 +1,6 @@
 use super::*;
 use gable_geometry::{Counter, Polygon};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 
 fn window(width: usize, height: usize) -> GridWindow {
     GridWindow { step: 0.2, x0: -40, y0: 25, width, height }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::{refine_ring, trace_outline};
 use gable_geometry::{Counter, Polygon, dvec2, ring_area};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use proptest::prelude::*;
 
 /// The mask of a polygon, with its boundary moved in and out by smooth noise and its corners rounded.

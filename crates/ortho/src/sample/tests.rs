@@ -1,6 +1,7 @@
 use super::*;
-use crate::{PlainColours, Raster, Texture, WallEvidence};
+use crate::{PlainColours, Texture, WallEvidence};
 use gable_geometry::Counter;
+use gable_raster::Raster;
 use proptest::prelude::*;
 use std::sync::Arc;
 

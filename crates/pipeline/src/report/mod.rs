@@ -13,7 +13,7 @@ pub use overview::{Overview, OverviewBuilder, Pixel};
 use crate::{PipelineError, RunSummary};
 use gable_city_model::Building;
 use gable_geometry::Box2;
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 use std::path::Path;
 
 /// Where the pictures come from; several are made at once.

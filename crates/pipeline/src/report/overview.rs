@@ -1,7 +1,7 @@
 //! Down-sampled rasters for the pictures, gathered block by block in bounded memory.
 
 use gable_geometry::Box2;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::Label;
 
 /// What a pixel of the full resolution shows.

@@ -6,7 +6,7 @@ use crate::PipelineError;
 use crate::render::{Camera, Canvas, Light};
 use gable_city_model::{Building, Face, Semantic, Shell};
 use gable_geometry::{Box2, DVec2, DVec3, dvec2, dvec3};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::Label;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};

@@ -2,7 +2,7 @@ use super::*;
 use crate::{BuildingRecord, Lod};
 use gable_city_model::{Face, Lods, Semantic, Shell};
 use gable_geometry::{DVec3, dvec2, dvec3};
-use gable_ortho::Raster;
+use gable_raster::Raster;
 use gable_segmentation::Label;
 
 /// A village of gabled houses on a slope, known in closed form.

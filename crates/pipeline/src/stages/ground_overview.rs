@@ -9,7 +9,7 @@ use crate::{PipelineError, Stage, artefact};
 use gable_city_model::Terrain as Tin;
 use gable_city_model::tiles3d::{GroundTexture, Layer, LayerLevel, Overview, quadtree, terrain_content};
 use gable_geometry::{Box2, DVec2, dvec2, dvec3};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 use gable_segmentation::Terrain;
 use image::RgbImage;
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,8 @@ use super::tiles3d::FOLDER;
 use crate::{PipelineError, artefact};
 use gable_blocks::BlockMesh;
 use gable_city_model::tiles3d::{ColouredSurface, Layer, LayerLevel};
-use gable_ortho::{CornerColours, GridWindow, TextureCache};
+use gable_ortho::{CornerColours, TextureCache};
+use gable_raster::GridWindow;
 use std::path::Path;
 
 /// Edge of the cubes that become one vertex, at the finest level, metres: about what photographs from the air resolve of a surface.

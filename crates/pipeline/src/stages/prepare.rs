@@ -2,7 +2,8 @@
 
 use crate::PipelineError;
 use crate::mosaic::Mosaic;
-use gable_ortho::{CleanParams, GridWindow, Orthograph, clean};
+use gable_ortho::{CleanParams, Orthograph, clean};
+use gable_raster::GridWindow;
 
 /// Largest hole of the surface that is filled, m².
 const HOLE: f64 = 1.0;

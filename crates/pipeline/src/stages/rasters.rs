@@ -9,7 +9,8 @@ use crate::{PipelineError, Stage, artefact};
 use gable_geometry::Box2;
 use gable_gis_formats::geotiff::{Class, CogSet, NO_HEIGHT, PixelKind, Pixels, RasterGrid, RasterLayer, TILE};
 use gable_gis_formats::{Error, GeoReference, raster_height};
-use gable_ortho::{GridWindow, Orthograph};
+use gable_ortho::Orthograph;
+use gable_raster::GridWindow;
 use gable_segmentation::{Label, Terrain};
 use std::path::Path;
 

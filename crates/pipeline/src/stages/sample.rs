@@ -7,7 +7,8 @@ use crate::failure::{guarded, is_local};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
 use gable_city_model::tiles3d::Layer;
-use gable_ortho::{GridWindow, OrthoError, Orthograph, SampleParams, TextureCache, sample};
+use gable_ortho::{OrthoError, Orthograph, SampleParams, TextureCache, sample};
+use gable_raster::GridWindow;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -14,7 +14,8 @@ use crate::mosaic::{Mosaic, MosaicTile, TileData as _};
 use crate::params::{Features, Method, Params, TerrainModel};
 use crate::{PipelineError, Stage};
 use gable_geometry::Frame;
-use gable_ortho::{GridWindow, Orthograph, Raster};
+use gable_ortho::Orthograph;
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::{
     CleanupParams, Evidence, FeatureSet, Label, Model, RegionParams, SegmentParams, Terrain, saturated,
 };

@@ -5,7 +5,7 @@ use crate::{PipelineError, Stage};
 use crate::{artefact, budget};
 use gable_blocks::{BlockMesh, BlocksError, GridSpec, SplitOptions, SplitReport, read_block, split};
 use gable_geometry::{DVec2, DVec3, Frame};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 use gable_scene::Scene;
 use std::path::PathBuf;
 

@@ -9,7 +9,7 @@ use crate::known::{Footprint, Known};
 use crate::mosaic::{Mosaic, MosaicTile};
 use crate::{PipelineError, Stage};
 use gable_geometry::{DVec2, Frame};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::{Evidence, Label, RegionParams};
 use gable_stitching::{Component, TileComponents, Whole, building_ids, unite};
 use serde::{Deserialize, Serialize};

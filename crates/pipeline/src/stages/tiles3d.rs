@@ -14,7 +14,8 @@ use gable_city_model::tiles3d::{
 };
 use gable_city_model::{Building, Terrain as Tin};
 use gable_geometry::DVec3;
-use gable_ortho::{GridWindow, Orthograph};
+use gable_ortho::Orthograph;
+use gable_raster::GridWindow;
 use gable_segmentation::Terrain;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};

@@ -54,7 +54,7 @@ pub(super) fn add(path: &Path, heights: &mut CoarseHeights, green: &mut GreenExc
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_ortho::{GridWindow, Raster};
+    use gable_raster::{GridWindow, Raster};
 
     #[test]
     fn parts_of_two_blocks_are_the_whole() {

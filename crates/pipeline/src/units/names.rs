@@ -2,7 +2,7 @@
 
 use crate::params::Params;
 use crate::stages::sample::{Piece, Seen};
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 use serde::{Deserialize, Serialize};
 
 /// The grid of the blocks and the city's lowest corner, and nothing that a change of one block would change: a

@@ -7,7 +7,7 @@ use crate::PipelineError;
 use crate::known::Known;
 use crate::stages::{sample, segment as stage};
 use gable_blocks::SplitReport;
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 
 /// Reads: `grid.json`, the pieces and the tiles of the terrain that it sees, `given/`. Makes: `labels/{x0}_{y0}.lab` and `.json`.
 pub(super) fn segment(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {

@@ -10,7 +10,7 @@ use crate::stages::split::Blocks;
 use crate::stages::{holes, mesh_tiles, model, prepare, sample, segment, stitch as stage, write};
 use crate::{PipelineError, Stage, artefact};
 use gable_city_model::tiles3d::Layer;
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -6,7 +6,7 @@
 //! height as u32 each), then the heights (f32), zstd-compressed; all little-endian.
 
 use crate::{PipelineError, artefact};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::Terrain;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -9,7 +9,7 @@ use crate::params::Format;
 use crate::stages::split::Blocks;
 use crate::stages::{ground_overview, model, sample, tiles3d, write as stage};
 use crate::{PipelineError, artefact};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::Terrain;
 use serde::{Deserialize, Serialize};
 

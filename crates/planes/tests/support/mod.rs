@@ -1,7 +1,7 @@
 //! Height maps of roofs with known planes, as photogrammetry would see them.
 
 use gable_geometry::{Counter, DVec2, Plane, dvec2};
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 /// A part of a building: a rectangle roofed by the lower envelope of some planes.
 pub(crate) struct Body {

@@ -1,6 +1,6 @@
 //! The sums of evidence on the regions of one patch.
 
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 use super::{Evidence, FULL, RegionParams};
 use crate::Label;

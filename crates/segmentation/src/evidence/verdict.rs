@@ -95,7 +95,7 @@ mod tests {
     use super::*;
     use crate::segment::Segmentation;
     use crate::stumps::Plants;
-    use gable_ortho::{GridWindow, Raster};
+    use gable_raster::{GridWindow, Raster};
 
     const WINDOW: GridWindow = GridWindow { step: 0.2, x0: -5, y0: 7, width: 120, height: 90 };
 

@@ -1,6 +1,6 @@
 //! What is known of each coarse cell: its heights, its roughness, and the steep rise from it to the next.
 
-use gable_ortho::GridWindow;
+use gable_raster::GridWindow;
 
 use crate::coarse_heights::{CoarseHeights, SIDE};
 use crate::fill::fill_missing;

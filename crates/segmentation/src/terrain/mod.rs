@@ -18,7 +18,7 @@
 //! of a least size, and one low place decides nothing but itself.
 
 use gable_geometry::DVec2;
-use gable_ortho::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster};
 
 use crate::Error;
 use crate::coarse_heights::CoarseHeights;

@@ -10,9 +10,9 @@ use anyhow::Context as _;
 use gable_evaluation::real::{Label, Outlines, RealScene};
 use gable_files::Reach;
 use gable_geometry::DVec3;
-use gable_ortho::{GridWindow, Raster};
 use gable_pipeline::label_map::{self, LabelMap};
 use gable_pipeline::{Params, SampledMesh, sample_mesh};
+use gable_raster::{GridWindow, Raster};
 use gable_segmentation::{
     FeatureSet, LabelledRaster, Model, PlantScores, Score, TrainOptions, TrainReport, UNKNOWN, read_labelled_images,
     saturated, train,
