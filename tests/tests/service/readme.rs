@@ -1,16 +1,17 @@
-//! The commands of the README, as they are printed there. Only what belongs to a machine is another: the port, and where the
-//! database and the folder of artefacts are.
+//! The commands of the README and of the page on the service, as they are printed there. Only what belongs to a machine is another:
+//! the port, and where the database and the folder of artefacts are.
 
 use gable_tests::{Database, Service, gable, town};
 use std::path::Path;
 use std::process::Command;
 
 const README: &str = include_str!("../../../README.md");
+const SERVICE_PAGE: &str = include_str!("../../../docs/service.md");
 
-/// The commands of the first block after a text.
-fn commands(after: &str) -> String {
-    let begin = README.find(after).unwrap_or_else(|| panic!("{after:?} is not in the README"));
-    let block = README[begin..].split("```sh\n").nth(1).expect("a block");
+/// The commands of the first block after a text of a page.
+fn commands(page: &str, after: &str) -> String {
+    let begin = page.find(after).unwrap_or_else(|| panic!("{after:?} is not in the page"));
+    let block = page[begin..].split("```sh\n").nth(1).expect("a block");
     let block = block.split("```").next().expect("its end").to_owned();
     let count = block.lines().filter(|l| !l.trim().is_empty()).count();
     assert!((1..=5).contains(&count), "{count} commands");
@@ -72,7 +73,7 @@ fn run(commands: &str, more: &[(String, String)], folder: &Path) -> String {
 #[test]
 fn one_machine() {
     let folder = folder();
-    let said = run(&commands("One machine, no set-up"), &[], folder.path());
+    let said = run(&commands(README, "One machine, no set-up"), &[], folder.path());
     let city = std::fs::read_to_string(folder.path().join("city.city.jsonl")).unwrap_or_else(|e| panic!("{e}: {said}"));
     assert!(city.contains("CityJSONFeature"), "{city}");
 }
@@ -81,7 +82,7 @@ fn one_machine() {
 fn many_machines() {
     let folder = folder();
     let Some(service) = Service::new("many_machines", Database::Postgres, folder.path(), 5.0) else { return };
-    let printed = commands("Many machines: jobs in Postgres");
+    let printed = commands(SERVICE_PAGE, "Many machines: jobs in Postgres");
     let here = printed
         .replace("postgres://gable:PASSWORD@db/gable", service.database())
         .replace("s3://gable/artefacts", service.store());
