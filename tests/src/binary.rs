@@ -45,13 +45,23 @@ fn folder() -> PathBuf {
     deps.parent().expect("tests lie in a folder of the profile").to_owned()
 }
 
+static BINARY: OnceLock<PathBuf> = OnceLock::new();
+
+/// Makes another program the binary of this test program.
+///
+/// # Panics
+/// If a test has started one already that is not this.
+pub fn use_binary(path: &Path) {
+    let used = BINARY.get_or_init(|| path.to_owned());
+    assert_eq!(used, path, "another binary is in use");
+}
+
 /// The binary, built if it is not fresh.
 ///
 /// # Panics
 /// If it cannot be built.
 #[must_use]
 pub fn gable() -> &'static Path {
-    static BINARY: OnceLock<PathBuf> = OnceLock::new();
     BINARY.get_or_init(|| {
         if let Some(given) = std::env::var_os("GABLE_BINARY") {
             return given.into();

@@ -13,7 +13,7 @@ mod service;
 mod skip;
 mod valid;
 
-pub use binary::{Finished, gable, run_gable, start_gable};
+pub use binary::{Finished, gable, run_gable, start_gable, use_binary};
 pub use city::{case, town};
 pub use node::run_node;
 pub use proxy::Proxy;

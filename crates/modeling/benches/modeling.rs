@@ -2,8 +2,9 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_geometry::Counter;
-use gable_modeling::{BuildingInput, Method, Params, model};
+use gable_modeling::{BuildingInput, METHODS, ModelParams, model};
 use gable_ortho::WallEvidence;
+use gable_parameters::Settings;
 use gable_raster::{GridWindow, Raster};
 use std::hint::black_box;
 
@@ -52,11 +53,12 @@ fn benchmarks(c: &mut Criterion) {
     for houses in [1, 10] {
         let input = block(houses);
         group.throughput(Throughput::Elements(input.window().len() as u64));
-        for (name, method) in [("gable", Method::Gable), ("zhu2018", Method::Zhu2018)] {
-            let params = Params { method, ..Params::default() };
-            assert!(model(&input, &params).is_ok(), "{name}: {houses} houses");
+        for method in METHODS {
+            let name = method.name();
+            let (settings, params) = (Settings::default(), ModelParams::default());
+            assert!(model(&input, method, &settings, &params).is_ok(), "{name}: {houses} houses");
             group.bench_function(format!("{name}, houses: {houses}"), |b| {
-                b.iter(|| model(black_box(&input), &params));
+                b.iter(|| model(black_box(&input), method, &settings, &params));
             });
         }
     }

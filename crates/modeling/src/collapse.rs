@@ -8,6 +8,9 @@ use crate::partition::{Edge, Partition};
 use gable_geometry::{Box2, BoxTree, DVec2, Orientation, orientation};
 use std::collections::BTreeSet;
 
+/// Edges shorter than this are collapsed in every model, metres.
+pub(crate) const SHORTEST: f64 = 0.1;
+
 /// Collapses edges shorter than `shortest` metres, the shortest first, each to that of its ends where most edges
 /// meet (the other would move them all). An edge stays if its ends share a neighbour (a triangle would vanish) or if
 /// another edge would be crossed. Works in passes, in which no vertex takes part twice, until one changes nothing.

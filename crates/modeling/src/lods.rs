@@ -3,6 +3,7 @@
 use crate::collapse::short_edges;
 use crate::mend::mend;
 use crate::partition::{Partition, Region};
+use crate::reason::Reason;
 use crate::{extrude, junctions, roof, work};
 use gable_city_model::validate::validate_surfaces;
 use gable_city_model::{Face, Lods, Semantic, Shell, Tolerances, quantised, validate_solid};
@@ -12,7 +13,7 @@ use gable_geometry::{Box2, DVec2, DisjointSets, Plane};
 const CUT: f64 = 0.05;
 
 /// How far a vertex may leave a straight line and still be dropped, metres.
-const STRAIGHT: f64 = 2e-3;
+pub(crate) const STRAIGHT: f64 = 2e-3;
 
 /// Two roofs whose heights differ by less than this along an edge belong to one block of LOD1, metres.
 const SAME_BLOCK: f64 = 1.0;
@@ -20,7 +21,7 @@ const SAME_BLOCK: f64 = 1.0;
 /// The LODs of a building, and why the best one is missing.
 pub(crate) struct Levels {
     pub(crate) lods: Lods,
-    pub(crate) reason: Option<String>,
+    pub(crate) reason: Option<Reason>,
 }
 
 /// Builds all LODs from a partition with a plane for each region and an underside at `base`. What does not pass
@@ -33,11 +34,8 @@ pub(crate) fn build(
     most_work: usize,
 ) -> Levels {
     let mut reason = None;
-    let mut note = |lod: &str, issue: String| {
-        reason.get_or_insert(format!("{lod}: {issue}"));
-    };
-    let lod2 = solids(partition, planes, base, tolerances, most_work).unwrap_or_else(|issue| {
-        note("LOD2", issue);
+    let lod2 = solids(partition, planes, base, tolerances, most_work).unwrap_or_else(|unsound| {
+        reason.get_or_insert(unsound.reason("LOD2"));
         Vec::new()
     });
     let (blocks, heights) = blocks(partition, planes);
@@ -47,8 +45,8 @@ pub(crate) fn build(
             let (whole, mean) = whole(partition, planes);
             solids(&whole, &mean, base, tolerances, most_work)
         })
-        .unwrap_or_else(|issue| {
-            note("LOD1", issue);
+        .unwrap_or_else(|unsound| {
+            reason.get_or_insert(unsound.reason("LOD1"));
             Vec::new()
         });
     let (outline, _) = whole(partition, planes);
@@ -61,7 +59,8 @@ pub(crate) fn build(
     };
     let footprint = flat(base, false);
     if footprint.is_none() {
-        note("LOD0", "the outline is no valid polygon".to_owned());
+        let defect = "the outline is no valid polygon".to_owned();
+        reason.get_or_insert(Reason::Invalid { lod: "LOD0", defect });
     }
     Levels { lods: Lods { footprint, roof_edge: flat(eaves, true), lod1, lod2 }, reason }
 }
@@ -76,6 +75,21 @@ const MOST_PLACES: usize = 100;
 /// Places as near as this to one that was just mended are looked at anew before they are mended too, metres.
 const APART: f64 = 3.0;
 
+/// Why no valid shells were found.
+struct Unsound {
+    /// The first defect of the full shape.
+    defect: String,
+    /// Whether more of it could have been mended with more work.
+    is_beyond_work: bool,
+}
+
+impl Unsound {
+    fn reason(self, lod: &'static str) -> Reason {
+        let Self { defect, is_beyond_work } = self;
+        if is_beyond_work { Reason::InvalidBeyondWork { lod, defect } } else { Reason::Invalid { lod, defect } }
+    }
+}
+
 /// One closed shell for each connected part, validated as it will be written. Where one is not valid, the shape is made
 /// coarser there; if that does not help, it is made coarser everywhere. Given up when all that is raised and validated weighs
 /// more than `most_work`.
@@ -85,7 +99,7 @@ fn solids(
     base: f64,
     tolerances: &Tolerances,
     most_work: usize,
-) -> Result<Vec<Shell>, String> {
+) -> Result<Vec<Shell>, Unsound> {
     let mut first = None;
     let mut work = 0;
     let mut may_raise = |part: &Partition| {
@@ -97,8 +111,7 @@ fn solids(
     let (mut part, mut heights) = (partition.clone(), planes.to_vec());
     for _ in 0..MOST_ROUNDS {
         if !may_raise(&part) {
-            let first = first.unwrap_or_default();
-            return Err(format!("{first}; to mend all such places is more work than modeling.work allows"));
+            return Err(Unsound { defect: first.unwrap_or_default(), is_beyond_work: true });
         }
         let defects = match solids_of(prepared(&part, &heights, 0.0), &heights, base, tolerances) {
             Ok(shells) => return Ok(shells),
@@ -119,7 +132,7 @@ fn solids(
             return Ok(shells);
         }
     }
-    Err(first.unwrap_or_default())
+    Err(Unsound { defect: first.unwrap_or_default(), is_beyond_work: false })
 }
 
 /// Mends the first of some defects, and those that are far enough from each other to have nothing to do with it; `None` if

@@ -1,14 +1,17 @@
-//! Models what hangs together in one mask.
+//! Models a connected component.
 
 use crate::fill::pixels_inside;
-use crate::gable::{self, Reconstruction};
 use crate::input::BuildingInput;
-use crate::params::{Method, Params};
+use crate::methods::Reconstruction;
+use crate::params::ModelParams;
 use crate::partition::Partition;
+use crate::reason::Reason;
 use crate::roof::{RoofType, round};
-use crate::{lods, party_walls, work, zhu2018};
+use crate::roof_partition::RoofPartition;
+use crate::{lods, party_walls, work};
 use gable_city_model::{Attributes, Lods, Value};
 use gable_geometry::{Box2, Plane, Polygon};
+use gable_parameters::Settings;
 use gable_raster::{GridWindow, Raster};
 
 /// A building as modelled, with what is known of how well it fits.
@@ -19,7 +22,7 @@ pub struct BuildingModel {
     /// Attributes with their units in the names.
     pub attributes: Attributes,
     /// Why an LOD is missing; `None` if none is.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
     /// How the model is simpler than the building, and why; `None` if it is not.
     pub note: Option<String>,
     /// Roof surfaces on the ground, each with its plane, in local metres.
@@ -34,22 +37,25 @@ pub struct BuildingModel {
     pub rmse: f64,
 }
 
-/// Models what hangs together in one mask in LOD0, LOD1 and LOD2: one building, or several that steps in the roof
-/// divide (`party_wall_step`).
+/// Models a connected component in LOD0, LOD1 and LOD2 by one method: one building, or several that steps in the roof divide
+/// (`party_wall_step`). `settings` are values of the method's own parameters.
 ///
 /// # Errors
-/// A reason, for a user to read, if there is nothing to model: no pixel, or no roof above the ground.
-pub fn model(input: &BuildingInput, params: &Params) -> Result<Vec<BuildingModel>, String> {
-    let base = ground_height(input, &input.mask).ok_or("the building has no pixel with a height")?;
+/// The reason if there is nothing to model, such as no pixel with a height or no roof above the ground.
+pub fn model(
+    input: &BuildingInput,
+    method: &dyn Reconstruction,
+    settings: &Settings,
+    params: &ModelParams,
+) -> Result<Vec<BuildingModel>, Reason> {
+    let base = ground_height(input, &input.mask).ok_or(Reason::NoHeights)?;
     let seen = &input.mask;
-    let completed = if params.method == Method::Gable { gable::completed(input) } else { None };
+    let completed = method.completed(input);
     let input = completed.as_ref().unwrap_or(input);
-    let found = match params.method {
-        Method::Gable => gable::reconstruct(input, base, params)?,
-        Method::Zhu2018 => zhu2018::reconstruct(input, base, params)?,
-    };
-    let one = |found: &Reconstruction| {
-        let mut model = building(input, found, base, params);
+    let pixels = input.mask.values().iter().filter(|&&inside| inside).count();
+    let found = method.reconstruct(input, base, work::most(pixels, params.work), settings)?;
+    let one = |found: &RoofPartition| {
+        let mut model = building(input, found, base, method.name(), params);
         // What is completed under a crown may be completed on both sides of it.
         let seen = seen.crop(model.pixels.window(), false);
         model.pixels.values_mut().iter_mut().zip(seen.values()).for_each(|(pixel, seen)| *pixel &= seen);
@@ -66,8 +72,14 @@ pub fn model(input: &BuildingInput, params: &Params) -> Result<Vec<BuildingModel
 }
 
 /// One building over ground at `base`, or higher where the ground at the building is higher.
-fn building(input: &BuildingInput, found: &Reconstruction, base: f64, params: &Params) -> BuildingModel {
-    let Reconstruction { partition, planes, .. } = found;
+fn building(
+    input: &BuildingInput,
+    found: &RoofPartition,
+    base: f64,
+    method: &str,
+    params: &ModelParams,
+) -> BuildingModel {
+    let RoofPartition { partition, planes, .. } = found;
     let roofs: Vec<(Polygon, Plane)> = partition
         .polygons()
         .into_iter()
@@ -78,7 +90,7 @@ fn building(input: &BuildingInput, found: &Reconstruction, base: f64, params: &P
     let ground = ground_height(input, &covered.pixels).unwrap_or(base);
     let base = ground.min(lowest_roof(partition, planes) - LOWEST_EAVE).max(base);
     let pixels = covered.pixels.values().iter().filter(|&&covered| covered).count();
-    let levels = lods::build(partition, planes, base, &params.tolerances, work::most(pixels, params));
+    let levels = lods::build(partition, planes, base, &params.tolerances, work::most(pixels, params.work));
     let ridge = ridge_height(partition, planes);
     let area: f64 = roofs.iter().map(|r| r.0.area()).sum();
     let mut model = BuildingModel {
@@ -92,7 +104,7 @@ fn building(input: &BuildingInput, found: &Reconstruction, base: f64, params: &P
         roofs,
         pixels: covered.pixels,
     };
-    model.attributes = attributes(&model, partition, planes, base, covered.seen, params);
+    model.attributes = attributes(&model, partition, planes, base, covered.seen, method);
     model
 }
 
@@ -182,7 +194,7 @@ fn attributes(
     planes: &[Plane],
     base: f64,
     seen: f64,
-    params: &Params,
+    method: &str,
 ) -> Attributes {
     let number = |v: f64, digits: i32| Value::Number(round(v, digits));
     let areas = partition.areas();
@@ -206,6 +218,6 @@ fn attributes(
     put("roofType", Value::Text(RoofType::of(&weighted).name().to_owned()));
     put("rmse_m", number(model.rmse, 3));
     put("completeness", number(seen, 3));
-    put("method", Value::Text(params.method.name().to_owned()));
+    put("method", Value::Text(method.to_owned()));
     out
 }

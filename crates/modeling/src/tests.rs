@@ -1,9 +1,10 @@
 //! Whole buildings, from noisy rasters to valid solids.
 
-use crate::{BuildingInput, BuildingModel, Params, model};
+use crate::{BuildingInput, BuildingModel, ModelParams, PlanesFirst, Reconstruction as _, model};
 use gable_city_model::{Semantic, validate_solid};
 use gable_geometry::{Counter, DVec2, dvec2};
 use gable_ortho::WallEvidence;
+use gable_parameters::Settings;
 use gable_raster::{GridWindow, Raster};
 
 const STEP: f64 = 0.2;
@@ -57,12 +58,12 @@ fn in_box(p: DVec2, w: f64, h: f64) -> bool {
 }
 
 fn made(input: &BuildingInput) -> BuildingModel {
-    let mut models = model(input, &Params::default()).unwrap();
+    let mut models = model(input, &PlanesFirst, &Settings::default(), &ModelParams::default()).unwrap();
     assert_eq!(models.len(), 1);
     let model = models.remove(0);
     assert_eq!(model.reason, None);
     for shell in model.lods.lod2.iter().chain(&model.lods.lod1) {
-        assert!(validate_solid(shell, &Params::default().tolerances).is_empty());
+        assert!(validate_solid(shell, &ModelParams::default().tolerances).is_empty());
     }
     model
 }
@@ -214,7 +215,7 @@ fn a_hedge_hides_no_wall() {
 
 /// What is added under a crown, in the frame of the building.
 fn added(seen: &BuildingInput) -> Vec<DVec2> {
-    let Some(whole) = crate::gable::completed(seen) else { return Vec::new() };
+    let Some(whole) = PlanesFirst.completed(seen) else { return Vec::new() };
     let (window, turn) = (seen.window(), DVec2::from_angle(-20f64.to_radians()));
     (0..window.len())
         .filter(|&p| whole.mask.values()[p] && !seen.mask.values()[p])
@@ -238,7 +239,7 @@ fn a_house_goes_on_as_far_as_it_is_seen() {
     assert!(square.iter().any(|p| p.x > 4.0 && p.y.abs() < 0.2));
     // A yard with a tree in it.
     let yard = |p: DVec2| (in_box(p, 26.0, 14.0) && !(p.x.abs() < 4.0 && p.y > -2.0)).then_some(6.0);
-    assert!(crate::gable::completed(&with_crown(building(3, 26.0, yard), dvec2(0.0, 2.5), 5.6)).is_none());
+    assert!(PlanesFirst.completed(&with_crown(building(3, 26.0, yard), dvec2(0.0, 2.5), 5.6)).is_none());
 }
 
 #[test]
@@ -248,6 +249,51 @@ fn nothing_is_made_up_under_a_tree() {
     let whole = building(1, 14.0, roof);
     // A tree in the corner of an L, and one that only touches a wall.
     let l = |p: DVec2| (house(p) && !(p.x > 0.0 && p.y > 0.0)).then_some(6.0);
-    assert!(crate::gable::completed(&with_crown(building(2, 14.0, l), dvec2(2.5, 2.5), 3.0)).is_none());
-    assert!(crate::gable::completed(&with_crown(whole, dvec2(0.0, 7.5), 2.9)).is_none());
+    assert!(PlanesFirst.completed(&with_crown(building(2, 14.0, l), dvec2(2.5, 2.5), 3.0)).is_none());
+    assert!(PlanesFirst.completed(&with_crown(whole, dvec2(0.0, 7.5), 2.9)).is_none());
+}
+
+/// The input as the pipeline cuts it out: the box of the mask with so many metres around it.
+fn cut_out(input: &BuildingInput, reach: f64) -> BuildingInput {
+    let window = input.window();
+    let inside = input.mask.values().iter().enumerate().filter(|(_, inside)| **inside);
+    let (mut columns, mut rows) = ((usize::MAX, 0), (usize::MAX, 0));
+    for (pixel, _) in inside {
+        let (x, y) = (pixel % window.width, pixel / window.width);
+        columns = (columns.0.min(x), columns.1.max(x));
+        rows = (rows.0.min(y), rows.1.max(y));
+    }
+    let inner = GridWindow {
+        x0: window.x0 + columns.0 as i64,
+        y0: window.y0 + rows.0 as i64,
+        width: columns.1 - columns.0 + 1,
+        height: rows.1 - rows.0 + 1,
+        ..window
+    };
+    let cut = inner.grown((reach / STEP).ceil() as usize);
+    BuildingInput {
+        mask: input.mask.crop(cut, false),
+        crowns: input.crowns.crop(cut, false),
+        height: input.height.crop(cut, 0.0),
+        terrain: input.terrain.crop(cut, 0.0),
+        normal: input.normal.crop(cut, [0.0, 0.0, 1.0]),
+        colour: None,
+        walls: input.walls.crop(cut, WallEvidence::default()),
+        roof: None,
+        facets: Vec::new(),
+    }
+}
+
+#[test]
+fn a_corner_under_a_crown_is_found_beyond_the_nearest_surroundings() {
+    // Turned by 45° in all, a hidden corner reaches beyond the box of what is seen by 0.7 radii of the crown.
+    let turn = DVec2::from_angle(-25f64.to_radians());
+    let house = |p: DVec2| in_box(turn.rotate(p), 34.0, 34.0);
+    let whole = building(4, 34.0, |p| house(p).then_some(8.0));
+    let corner = DVec2::from_angle(25f64.to_radians()).rotate(dvec2(17.0, 17.0));
+    let hidden = with_crown(whole, corner, 9.5);
+    let area = |reach: f64| made(&cut_out(&hidden, reach)).area;
+    let (near, far) = (area(crate::MARGIN), area(PlanesFirst.reach_under_crowns()));
+    assert!((far - 1156.0).abs() < 8.0, "{far}");
+    assert!(near < far - 4.0, "the nearest surroundings are too small: {near}");
 }

@@ -53,6 +53,10 @@ const PARALLEL: f64 = 0.17;
 /// How far a wall may go on behind leaves, metres: the width of a large crown.
 const CROWN: f64 = 14.0;
 
+/// How far beyond the mask a building may be completed, metres: as far as a crown reaches, with the pixels around it that are
+/// looked at.
+pub(crate) const REACH: f64 = CROWN + 1.0;
+
 /// A crown beside a wall bites as deep as half of the width of its bite at most; what is deeper is a yard with a tree in it. The
 /// second figure is what leaves add to that, metres.
 const DEEPEST: (f64, f64) = (0.5, 1.0);

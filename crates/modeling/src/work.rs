@@ -4,8 +4,6 @@
 //! stands for about as many nanoseconds as its weight says. Each part of the modelling may take so much for each pixel of
 //! the building, and all that is not bounded by pixels is counted; so the whole is linear in the pixels.
 
-use crate::params::Params;
-
 /// A smaller building may take as much as one of so many pixels: 800 m² at 0.2 m.
 const LEAST_PIXELS: usize = 20_000;
 
@@ -16,16 +14,16 @@ pub(crate) const PAIR: usize = 20;
 pub(crate) const EDGE: usize = 1000;
 
 /// The most that each part of the modelling may take for a building of so many pixels.
-pub(crate) fn most(pixels: usize, params: &Params) -> usize {
-    params.work.saturating_mul(pixels.max(LEAST_PIXELS))
+pub(crate) fn most(pixels: usize, for_each_pixel: usize) -> usize {
+    for_each_pixel.saturating_mul(pixels.max(LEAST_PIXELS))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{BuildingInput, BuildingModel, model};
+    use crate::{BuildingInput, BuildingModel, ModelParams, PlanesFirst, model};
     use gable_geometry::Counter;
     use gable_ortho::WallEvidence;
+    use gable_parameters::Settings;
     use gable_raster::{GridWindow, Raster};
 
     /// Square level roofs of 6 m, `columns` by `columns`, each of its own height, as one mask.
@@ -54,8 +52,9 @@ mod tests {
         }
     }
 
-    fn whole(input: &BuildingInput, params: Params) -> BuildingModel {
-        let mut models = model(input, &Params { party_wall_step: 0.0, ..params }).unwrap();
+    fn whole(input: &BuildingInput, work: usize, settings: &Settings) -> BuildingModel {
+        let params = ModelParams { party_wall_step: 0.0, work, ..ModelParams::default() };
+        let mut models = model(input, &PlanesFirst, settings, &params).unwrap();
         assert_eq!(models.len(), 1);
         models.remove(0)
     }
@@ -63,9 +62,10 @@ mod tests {
     #[test]
     fn an_ordinary_building_needs_little_of_it() {
         let input = blocks(6);
-        let all = whole(&input, Params::default());
+        let usual = ModelParams::default().work;
+        let all = whole(&input, usual, &Settings::default());
         assert_eq!((all.reason, all.note), (None, None));
-        let tenth = whole(&input, Params { work: Params::default().work / 10, ..Params::default() });
+        let tenth = whole(&input, usual / 10, &Settings::default());
         assert_eq!((tenth.reason, tenth.note), (None, None));
         assert_eq!(tenth.lods, all.lods);
     }
@@ -73,20 +73,21 @@ mod tests {
     #[test]
     fn a_building_beyond_its_work_gets_fewer_planes_and_says_so() {
         let input = blocks(12);
-        let full = whole(&input, Params::default());
-        let params = Params { work: 3, ..Params::default() };
-        let simple = whole(&input, params.clone());
+        let full = whole(&input, ModelParams::default().work, &Settings::default());
+        let simple = whole(&input, 3, &Settings::default());
         let note = simple.note.clone().unwrap_or_default();
         assert!(note.starts_with("only ") && note.contains("modeling.work"), "{note}");
         assert!(simple.roofs.len() < full.roofs.len(), "{} of {}", simple.roofs.len(), full.roofs.len());
         assert!(!simple.lods.lod1.is_empty() || !simple.lods.lod2.is_empty(), "{:?}", simple.reason);
         assert!(simple.area > 0.9 * full.area, "{} m² of {} m²", simple.area, full.area);
-        assert_eq!(whole(&input, params).lods, simple.lods, "counted, not timed");
+        assert_eq!(whole(&input, 3, &Settings::default()).lods, simple.lods, "counted, not timed");
     }
 
     #[test]
     fn planes_beyond_the_most_are_left_out_with_a_note() {
-        let simple = whole(&blocks(6), Params { max_planes: 3, ..Params::default() });
+        let mut settings = Settings::default();
+        settings.insert("max_planes", "3");
+        let simple = whole(&blocks(6), ModelParams::default().work, &settings);
         let note = simple.note.unwrap_or_default();
         assert!(note.starts_with("only 3 of ") && note.contains("modeling.max_planes"), "{note}");
     }

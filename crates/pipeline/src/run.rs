@@ -5,7 +5,7 @@ use crate::failure::Failures;
 use crate::known::Known;
 use crate::mosaic::Mosaic;
 use crate::observer::{Observer, Stage};
-use crate::params::{PARAMETERS, Params, Up};
+use crate::params::{Params, Up, parameters};
 use crate::report::{self, Overview, OverviewBuilder, Pixel, ReportSource};
 use crate::stages::model::{self, Modeller, Tile};
 use crate::stages::sample::Seen;
@@ -259,8 +259,8 @@ pub(crate) fn is_coloured(seen: &[Seen]) -> bool {
 /// The parameters that differ from the defaults.
 fn changed(params: &Params) -> BTreeMap<String, String> {
     let defaults = Params::default();
-    let differs = PARAMETERS.iter().filter(|p| p.value(params) != p.value(&defaults));
-    differs.map(|p| (p.name.to_owned(), p.value(params))).collect()
+    let differs = parameters().iter().filter(|p| p.applies(params) && p.value(params) != p.value(&defaults));
+    differs.map(|p| (p.name.clone(), p.value(params))).collect()
 }
 
 fn block_records(blocks: &Blocks, seen: &[Seen], failures: &Failures, summary: &RunSummary) -> Vec<BlockRecord> {

@@ -77,6 +77,9 @@ pub struct BuildingRecord {
     pub lod: Lod,
     /// Why it is not LOD2; `None` if it is.
     pub reason: Option<String>,
+    /// The kind of the reason, a word that stays the same from version to version ([`gable_modeling::Reason::code`]).
+    #[serde(default)]
+    pub reason_code: Option<String>,
     /// What else has to be known of it, such as a failed block that it touches.
     pub note: Option<String>,
     /// Roof type, as the attribute names it; `None` without a roof.
@@ -89,6 +92,14 @@ pub struct BuildingRecord {
     pub rmse_m: Option<f64>,
     /// Polygons of the best LOD.
     pub faces: u32,
+}
+
+impl BuildingRecord {
+    /// Notes why it is not LOD2.
+    pub(crate) fn tell(&mut self, reason: &gable_modeling::Reason) {
+        self.reason = Some(reason.to_string());
+        self.reason_code = Some(reason.code().to_owned());
+    }
 }
 
 /// Seconds of a stage.

@@ -2,9 +2,10 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_geometry::Counter;
+use gable_parameters::Settings;
 use gable_raster::{GridWindow, Raster};
 use gable_segmentation::{
-    CoarseHeights, FeatureSet, Model, Orthograph, SegmentParams, Terrain, for_each_feature, segment,
+    CoarseHeights, FeatureSet, LABELLERS, LabelInput, Model, Orthograph, Terrain, for_each_feature,
 };
 use std::hint::black_box;
 
@@ -73,9 +74,10 @@ fn benchmarks(c: &mut Criterion) {
     }
     group.bench_function("terrain", |b| b.iter(ground));
     group.bench_function("features and classifiers", |b| b.iter(|| model.probability(black_box(&input))));
-    for (name, params) in [("gable", SegmentParams::default()), ("zhu2018", SegmentParams::zhu2018())] {
-        group.bench_function(format!("all of it, energy of {name}"), |b| {
-            b.iter(|| segment(black_box(&input), &terrain, &model, &params));
+    let whole = LabelInput { maps: input, terrain: &terrain, classifier: &model, noise: 1.0, min_area: 8.0 };
+    for method in LABELLERS {
+        group.bench_function(format!("all of it by {}", method.name()), |b| {
+            b.iter(|| method.label(black_box(&whole), &Settings::default()));
         });
     }
     group.finish();

@@ -76,4 +76,7 @@ pub enum Error {
     /// The graph cut refused the problem.
     #[error("the graph cut failed: {0}")]
     GraphCut(String),
+    /// A parameter of the method cannot be read.
+    #[error("a parameter of the method: {0}")]
+    Settings(String),
 }

@@ -195,7 +195,7 @@ pub(crate) struct ParamArgs {
     /// Edge of a block, metres, instead of --grid
     #[arg(long, value_name = "M")]
     pub(crate) block_size: Option<String>,
-    /// Whose rules every stage follows: gable or zhu2018
+    /// Whose rules every stage follows that has a method of this name, such as zhu2018; gable params lists all
     #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<String>,
     /// Which axis of the input points up: auto, z, y, -z, -y

@@ -1,32 +1,7 @@
-//! The `gable` command: from the textured photogrammetry mesh of a city to its buildings.
+//! The `gable` command.
 
-mod cli;
-mod commands;
-mod exit;
-mod interrupt;
-#[cfg(feature = "otlp")]
-mod otlp;
-#[cfg(feature = "otlp")]
-mod otlp_client;
-mod progress;
-mod remote;
-mod sandbox;
-mod send;
-mod service;
-mod table;
-mod terminal;
-
-use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
-    terminal::start_logging(cli.global.verbose, cli.global.quiet, cli.command.log_format());
-    let result = commands::dispatch(&cli);
-    if let Err(error) = &result {
-        exit::tell(error, cli.command.json());
-    }
-    #[cfg(feature = "otlp")]
-    otlp::flush();
-    exit::code(&result)
+    gable::main()
 }

@@ -1,21 +1,31 @@
 //! The one list of parameters, and how a run's values are put together.
 //!
 //! Values come, later over earlier, from the defaults, a preset, a config file and single settings
-//! ([`Params::assemble`]). Each parameter is declared once, in `table.rs`.
+//! ([`Params::assemble`]). Each parameter is declared once: in `table.rs` those of the stages, beside each method its own.
 
 mod kind;
+mod own;
+mod parameter;
 mod preset;
+mod registry;
 mod table;
 
-pub use kind::{Bounds, Features, Format, Method, TerrainModel, Up};
+pub use kind::{Features, Format, TerrainModel, Up};
+pub use parameter::{Parameter, parameters};
 pub use preset::{PRESETS, Preset};
+pub use registry::{InstalledTooLate, Registry};
 pub use table::{
-    GROUPS, GridParams, InputParams, ModelingParams, OutputParams, PARAMETERS, Parameter, Params, ResourceParams,
-    SamplingParams, SegmentationParams, ValidationParams,
+    GROUPS, GridParams, InputParams, ModelingParams, OutputParams, Params, ResourceParams, SamplingParams,
+    SegmentationParams, ValidationParams,
 };
 
 use gable_city_model::Metadata;
 use gable_geometry::Crs;
+use gable_modeling::Reconstruction;
+use gable_parameters::Settings;
+use gable_segmentation::Labeller;
+use own::OwnSetting;
+use parameter::{LABELLING, RECONSTRUCTION, resolve};
 
 /// A parameter that does not hold. Each message says what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -60,6 +70,18 @@ pub enum ParamError {
         /// Unit.
         unit: String,
     },
+    /// The value is that of a method which was not chosen.
+    #[error("{name} belongs to {}: the method of {group} is {chosen}, which has no such parameter", methods_in_words(.methods))]
+    OtherMethod {
+        /// Full name.
+        name: String,
+        /// The methods that have it.
+        methods: Vec<String>,
+        /// Its group.
+        group: String,
+        /// The method that was chosen.
+        chosen: String,
+    },
     /// No preset bears this name.
     #[error("there is no preset {name:?}{}: the presets are {}", did_you_mean(.suggestion), preset_names())]
     Preset {
@@ -84,6 +106,11 @@ fn unit_suffix(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }
 
+fn methods_in_words(methods: &[String]) -> String {
+    let word = if methods.len() == 1 { "the method" } else { "the methods" };
+    format!("{word} {}", methods.join(" and "))
+}
+
 fn preset_names() -> String {
     PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")
 }
@@ -99,52 +126,6 @@ fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<
         .filter(|(score, _)| *score > 0.75)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, c)| c.to_owned())
-}
-
-/// The parameters that a name stands for: its full name, or the last part of it where that is unique.
-/// `method` alone stands for the method of every stage.
-fn resolve(name: &str) -> Result<Vec<&'static Parameter>, ParamError> {
-    let name = name.trim().replace('-', "_");
-    let short = |p: &&Parameter| p.name.rsplit('.').next() == Some(name.as_str());
-    let mut found: Vec<_> = PARAMETERS.iter().filter(|p| p.name == name).collect();
-    if found.is_empty() {
-        found = PARAMETERS.iter().filter(short).collect();
-    }
-    match found.len() {
-        0 => {
-            let suggestion = nearest(&name, PARAMETERS.iter().map(|p| p.name));
-            Err(ParamError::Unknown { name, suggestion })
-        }
-        1 => Ok(found),
-        _ if name == "method" => Ok(found),
-        _ => Err(ParamError::Ambiguous { name, candidates: found.iter().map(|p| p.name.to_owned()).collect() }),
-    }
-}
-
-impl Parameter {
-    /// The value in `params`, as text.
-    #[must_use]
-    pub fn value(&self, params: &Params) -> String {
-        (self.get)(params)
-    }
-
-    /// The range as a user reads it: limits with the unit, or what can be chosen.
-    #[must_use]
-    pub fn range(&self) -> String {
-        match self.bounds {
-            Some(Bounds { min, max }) => format!("{min} to {max}"),
-            None => self.choices.join(", "),
-        }
-    }
-
-    /// Checks the limits.
-    fn check(&self, params: &Params) -> Result<(), ParamError> {
-        let (Some(Bounds { min, max }), Some(value)) = (self.bounds, (self.number)(params)) else { return Ok(()) };
-        if (min..=max).contains(&value) {
-            return Ok(());
-        }
-        Err(ParamError::Range { name: self.name.to_owned(), value, min, max, unit: self.unit.to_owned() })
-    }
 }
 
 impl Params {
@@ -179,7 +160,7 @@ impl Params {
             let suggestion = nearest(name, PRESETS.iter().map(|p| p.name));
             return Err(ParamError::Preset { name: name.to_owned(), suggestion });
         };
-        preset.values.iter().try_for_each(|(name, value)| self.set(name, value))
+        preset.values.iter().try_for_each(|(name, value)| self.set_as(name, value, true))
     }
 
     /// Sets one parameter by its full name, or by the last part of it where that is unique. `method` alone sets the
@@ -188,16 +169,111 @@ impl Params {
     /// # Errors
     /// If there is no such parameter, or the value is of another kind or out of range.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParamError> {
-        if (name.trim(), value.trim()) == ("method", Method::Zhu2018.name()) {
-            return self.apply_preset(Method::Zhu2018.name());
+        self.set_as(name, value, false)
+    }
+
+    fn set_as(&mut self, name: &str, value: &str, is_of_preset: bool) -> Result<(), ParamError> {
+        if name.trim() == "method" {
+            return self.set_method(value.trim());
         }
         for parameter in resolve(name)? {
-            (parameter.set)(self, value.trim()).map_err(|expected| ParamError::Value {
-                name: parameter.name.to_owned(),
-                value: value.to_owned(),
-                expected,
-            })?;
-            parameter.check(self)?;
+            let text = parameter.read(self, value.trim())?;
+            if parameter.methods.is_empty() {
+                self.set_stage_value(parameter.group, parameter.short_name(), &text).map_err(|expected| {
+                    ParamError::Value { name: parameter.name.clone(), value: value.to_owned(), expected }
+                })?;
+            } else {
+                self.own.insert(&parameter.name, OwnSetting { text, is_of_preset });
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the method of every stage that has one of this name.
+    fn set_method(&mut self, name: &str) -> Result<(), ParamError> {
+        if PRESETS.iter().any(|preset| preset.name == name && preset.is_method) {
+            return self.apply_preset(name);
+        }
+        let mut refused = None;
+        let mut is_known = false;
+        for parameter in resolve("method")? {
+            match parameter.read(self, name) {
+                Ok(text) => {
+                    is_known = true;
+                    self.set(&parameter.name, &text)?;
+                }
+                Err(error) => refused = Some(error),
+            }
+        }
+        match refused {
+            Some(error) if !is_known => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// The name of the method that a group's stage follows; empty for a stage without methods.
+    pub(crate) fn method_of(&self, group: &str) -> &str {
+        match group {
+            LABELLING => &self.segmentation.method,
+            RECONSTRUCTION => &self.modeling.method,
+            _ => "",
+        }
+    }
+
+    /// The method of labelling, with what was set of its own parameters.
+    ///
+    /// # Errors
+    /// If there is no such method.
+    pub fn labeller(&self) -> Result<(&'static dyn Labeller, Settings), ParamError> {
+        let method = Registry::get().labeller(&self.segmentation.method);
+        Ok((method.ok_or_else(|| self.no_method(LABELLING))?, self.own_settings(LABELLING)))
+    }
+
+    /// The method of reconstruction, with what was set of its own parameters.
+    ///
+    /// # Errors
+    /// If there is no such method.
+    pub fn reconstruction(&self) -> Result<(&'static dyn Reconstruction, Settings), ParamError> {
+        let method = Registry::get().reconstruction(&self.modeling.method);
+        Ok((method.ok_or_else(|| self.no_method(RECONSTRUCTION))?, self.own_settings(RECONSTRUCTION)))
+    }
+
+    fn no_method(&self, group: &str) -> ParamError {
+        let choices = parameters().iter().find(|p| p.group == group && p.short_name() == "method");
+        let names = choices.map(|p| p.choices.join(", ")).unwrap_or_default();
+        ParamError::Value {
+            name: format!("{group}.method"),
+            value: self.method_of(group).to_owned(),
+            expected: format!("one of {names}"),
+        }
+    }
+
+    /// What was set of the parameters that the chosen method of a group has.
+    fn own_settings(&self, group: &str) -> Settings {
+        let mut settings = Settings::default();
+        for parameter in parameters().iter().filter(|p| p.group == group && !p.methods.is_empty() && p.applies(self)) {
+            if let Some(setting) = self.own.get(&parameter.name) {
+                settings.insert(parameter.short_name(), &setting.text);
+            }
+        }
+        settings
+    }
+
+    /// Checks the values of methods' own parameters: each belongs to a method that is chosen, and holds its limits.
+    fn check_own(&self) -> Result<(), ParamError> {
+        for (name, setting) in self.own.iter() {
+            for parameter in resolve(name)? {
+                if parameter.applies(self) {
+                    parameter.read(self, &setting.text)?;
+                } else if !setting.is_of_preset {
+                    return Err(ParamError::OtherMethod {
+                        name: name.clone(),
+                        methods: parameter.methods.iter().map(|method| (*method).to_owned()).collect(),
+                        group: parameter.group.to_owned(),
+                        chosen: self.method_of(parameter.group).to_owned(),
+                    });
+                }
+            }
         }
         Ok(())
     }
@@ -286,7 +362,10 @@ impl Params {
     /// # Errors
     /// The first value that does not hold.
     pub fn check(&self) -> Result<(), ParamError> {
-        PARAMETERS.iter().try_for_each(|p| p.check(self))?;
+        for parameter in parameters().iter().filter(|p| p.methods.is_empty()) {
+            parameter.read(self, &parameter.value(self))?;
+        }
+        self.check_own()?;
         if let Some(crs) = self.crs()? {
             gable_reference_systems::metric(&crs).map_err(|e| ParamError::Together(format!("input.crs = {e}")))?;
         }
@@ -347,7 +426,8 @@ impl Params {
     #[must_use]
     pub fn canonical(&self, groups: &[&str]) -> String {
         let mut text = String::new();
-        for parameter in PARAMETERS.iter().filter(|p| p.group != "resources" && groups.contains(&p.group)) {
+        let counts = |p: &&Parameter| p.group != "resources" && groups.contains(&p.group) && p.applies(self);
+        for parameter in parameters().iter().filter(counts) {
             text += &format!("{}={}\n", parameter.name, parameter.value(self));
         }
         text

@@ -7,39 +7,30 @@ pub struct Preset {
     pub name: &'static str,
     /// One line of help.
     pub help: &'static str,
+    /// Whether `method` alone may stand for it.
+    pub is_method: bool,
     /// Full names and values.
     pub values: &'static [(&'static str, &'static str)],
 }
 
 /// The presets.
 pub const PRESETS: &[Preset] = &[
-    Preset { name: "default", help: "the rules that measure best, at 0.2 m", values: &[] },
+    Preset { name: "default", help: "the rules that measure best, at 0.2 m", is_method: false, values: &[] },
     Preset {
         name: "zhu2018",
         help: "the published rules of Zhu et al. 2018 everywhere, as a baseline",
+        is_method: true,
         values: &[
             ("segmentation.method", "zhu2018"),
             ("segmentation.terrain", "constant"),
-            ("segmentation.mu", "1"),
-            ("segmentation.step_smoothness", "0"),
-            ("segmentation.h_trunc", "3"),
-            ("segmentation.steepness", "2"),
-            ("segmentation.hole_area", "0"),
-            ("segmentation.roof_tree_area", "0"),
-            ("segmentation.building_tree_share", "1"),
-            ("segmentation.wall_share", "0"),
-            ("segmentation.probability", "0"),
-            ("segmentation.narrow_share", "0"),
-            ("segmentation.min_width", "0"),
             ("modeling.method", "zhu2018"),
-            ("modeling.collinear", "0.5"),
-            ("modeling.beta_pixel", "10"),
             ("modeling.party_wall_step", "0"),
         ],
     },
     Preset {
         name: "fast",
         help: "pixels of 0.4 m: four times fewer, small roof parts are lost",
+        is_method: false,
         values: &[
             ("sampling.step", "0.4"),
             ("segmentation.patch", "256"),
@@ -52,6 +43,7 @@ pub const PRESETS: &[Preset] = &[
     Preset {
         name: "fine",
         help: "pixels of 0.1 m, for meshes of more than 10 faces per square metre",
+        is_method: false,
         values: &[
             ("sampling.step", "0.1"),
             ("segmentation.patch", "1024"),

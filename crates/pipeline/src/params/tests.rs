@@ -4,30 +4,35 @@ fn settings(list: &[(&str, &str)]) -> Vec<(String, String)> {
     list.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect()
 }
 
+fn value(params: &Params, name: &str) -> String {
+    parameters().iter().find(|p| p.name == name).unwrap().value(params)
+}
+
 #[test]
 fn every_default_is_in_range_and_reads_back() {
     let defaults = Params::default();
     defaults.check().unwrap();
     let mut copy = Params::default();
-    for p in PARAMETERS {
+    for p in parameters().iter().filter(|p| p.applies(&defaults)) {
         assert!(!p.help.trim().is_empty() && !p.help.contains('\n'), "{} needs one line of help", p.name);
         assert_eq!(
             p.bounds.is_some(),
-            (p.number)(&defaults).is_some(),
+            matches!(p.kind, "number" | "integer"),
             "{}: numbers and only numbers have limits",
             p.name
         );
-        copy.set(p.name, &p.value(&defaults)).unwrap();
+        copy.set(&p.name, &p.value(&defaults)).unwrap();
     }
-    assert_eq!(copy, defaults);
+    assert!(parameters().iter().all(|p| p.value(&copy) == p.value(&defaults)));
+    copy.check().unwrap();
 }
 
 #[test]
 fn names_are_unique() {
-    let mut names: Vec<_> = PARAMETERS.iter().map(|p| p.name).collect();
+    let mut names: Vec<_> = parameters().iter().map(|p| p.name.as_str()).collect();
     names.sort_unstable();
     names.dedup();
-    assert_eq!(names.len(), PARAMETERS.len());
+    assert_eq!(names.len(), parameters().len());
 }
 
 #[test]
@@ -35,19 +40,22 @@ fn presets_hold() {
     for preset in PRESETS {
         let params = Params::assemble(Some(preset.name), None, &[]).unwrap();
         for (name, value) in preset.values {
-            let p = PARAMETERS.iter().find(|p| p.name == *name).unwrap();
+            let p = parameters().iter().find(|p| p.name == *name).unwrap();
             assert_eq!(p.value(&params), *value, "{}: {name}", preset.name);
         }
     }
     let published = Params::assemble(Some("zhu2018"), None, &[]).unwrap();
-    assert_eq!((published.segmentation.method, published.modeling.method), (Method::Zhu2018, Method::Zhu2018));
+    assert_eq!((&*published.segmentation.method, &*published.modeling.method), ("zhu2018", "zhu2018"));
 }
 
 #[test]
 fn later_layers_win() {
-    let config = "preset = 'fast'\nmu = 2\n[sampling]\nstep = 0.5\n[output]\nformats = ['citygml', 'cityjson']\n";
+    let config = "preset = 'fast'\nmu = 2.5\n[sampling]\nstep = 0.5\n[output]\nformats = ['citygml', 'cityjson']\n";
     let params = Params::assemble(None, Some(config), &settings(&[("sampling.step", "0.25")])).unwrap();
-    assert_eq!((params.sampling.step, params.segmentation.mu, params.segmentation.patch), (0.25, 2.0, 256));
+    assert_eq!(
+        (params.sampling.step, value(&params, "segmentation.mu"), params.segmentation.patch),
+        (0.25, "2.5".to_owned(), 256)
+    );
     assert_eq!(params.output.formats, [Format::CityJson, Format::CityGml]);
     // A preset of the command line replaces the config's, and the config's values still hold.
     let params = Params::assemble(Some("fine"), Some(config), &[]).unwrap();
@@ -57,7 +65,14 @@ fn later_layers_win() {
 #[test]
 fn method_alone_sets_every_stage() {
     let params = Params::assemble(None, None, &settings(&[("method", "zhu2018")])).unwrap();
-    assert_eq!((params.segmentation.method, params.modeling.method), (Method::Zhu2018, Method::Zhu2018));
+    assert_eq!((&*params.segmentation.method, &*params.modeling.method), ("zhu2018", "zhu2018"));
+    // A method that one stage alone has, and the name that the defaults once had.
+    let params = Params::assemble(None, None, &settings(&[("method", "planes-first")])).unwrap();
+    assert_eq!((&*params.segmentation.method, &*params.modeling.method), ("likelihood", "planes-first"));
+    let former = Params::assemble(None, None, &settings(&[("method", "gable")])).unwrap();
+    assert_eq!(former, Params::default());
+    let unknown = Params::assemble(None, None, &settings(&[("method", "zhu2019")])).unwrap_err().to_string();
+    assert!(unknown.contains("one of"), "{unknown}");
 }
 
 #[test]
@@ -98,11 +113,29 @@ fn the_hash_input_leaves_out_resources() {
 }
 
 #[test]
-fn survives_json() {
-    let params = Params::assemble(Some("fine"), None, &settings(&[("crs", "EPSG:7415")])).unwrap();
-    let text = serde_json::to_string(&params).unwrap();
-    assert_eq!(serde_json::from_str::<Params>(&text).unwrap(), params);
-    assert!(serde_json::from_str::<Params>("{\"sampling\":{\"stp\":1}}").is_err());
+fn a_parameter_of_another_method_is_refused_and_says_whose_it_is() {
+    let other = settings(&[("modeling.beta_pixel", "20")]);
+    let error = Params::assemble(None, None, &other).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "modeling.beta_pixel belongs to the method zhu2018: the method of modeling is planes-first, which has no such parameter"
+    );
+    // Whichever is said first.
+    let both = settings(&[("modeling.beta_pixel", "20"), ("modeling.method", "zhu2018")]);
+    let params = Params::assemble(None, None, &both).unwrap();
+    assert_eq!(value(&params, "modeling.beta_pixel"), "20");
+    // What a preset wants holds where it can.
+    let params = Params::assemble(Some("fast"), None, &settings(&[("modeling.method", "zhu2018")])).unwrap();
+    assert_eq!(value(&params, "modeling.plane_area"), "6");
+}
+
+#[test]
+fn methods_bring_their_defaults() {
+    let published = Params::assemble(Some("zhu2018"), None, &[]).unwrap();
+    assert_eq!(["segmentation.mu", "segmentation.h_trunc"].map(|name| value(&published, name)), ["1", "3"]);
+    assert_eq!(["segmentation.mu", "segmentation.h_trunc"].map(|name| value(&Params::default(), name)), ["2", "2"]);
+    let text = published.canonical(&["segmentation"]);
+    assert!(text.contains("segmentation.mu=1\n") && !text.contains("tree_weight"), "{text}");
 }
 
 #[test]

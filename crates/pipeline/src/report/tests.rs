@@ -113,6 +113,7 @@ fn summary(village: &Village) -> RunSummary {
             tile: [0, 0],
             bbox: [x, y, x + HOUSE, y + HOUSE],
             lod: if i == 1 { Lod::Lod1 } else { Lod::Lod2 },
+            reason_code: (i == 1).then(|| "invalid".to_owned()),
             reason: (i == 1).then(|| "walls cross & the <roof> is open".to_owned()),
             area_m2: HOUSE * HOUSE,
             height_m: 8.5,

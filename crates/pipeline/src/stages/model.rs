@@ -7,13 +7,13 @@ use crate::budget::BUILDING_PIXELS;
 use crate::failure::{Failures, guarded, is_local};
 use crate::known::Known;
 use crate::mosaic::Mosaic;
-use crate::params::Method;
+use crate::params::Params;
 use crate::stages::split::Blocks;
 use crate::summary::{BuildingRecord, Lod};
 use crate::{PipelineError, Stage};
 use gable_city_model::{Building, Tolerances, Value};
 use gable_geometry::{Box2, DVec3, Frame};
-use gable_modeling::{BuildingInput, BuildingModel};
+use gable_modeling::{BuildingInput, BuildingModel, MARGIN, ModelParams, Reason};
 use gable_ortho::{Orthograph, steep_facets};
 use gable_raster::{GridWindow, Raster};
 use gable_segmentation::{Evidence, Label, Terrain};
@@ -132,9 +132,9 @@ impl Modeller<'_> {
             .map(|(task, note)| {
                 context.check_cancelled()?;
                 // A fault in one building must not cost the city: it becomes that building's reason.
-                let made = guarded(Stage::Model, &task.id, || self.one(context, task));
+                let made = guarded(Stage::Model, &task.id, || self.reconstructed(context, task));
                 let made = match made {
-                    Err(error) if is_local(&error) => Err(error.to_string()),
+                    Err(error) if is_local(&error) => Err(Reason::Fault(error.to_string())),
                     other => other?,
                 };
                 context.observer.done(Stage::Model, &task.id);
@@ -176,22 +176,24 @@ impl Modeller<'_> {
     }
 
     /// The buildings of one task, or the reason why there is none.
-    fn one(&self, context: &Context<'_>, task: &Task) -> Result<Result<Vec<BuildingModel>, String>, PipelineError> {
+    fn reconstructed(
+        &self,
+        context: &Context<'_>,
+        task: &Task,
+    ) -> Result<Result<Vec<BuildingModel>, Reason>, PipelineError> {
+        let (method, settings) = context.params.reconstruction()?;
         let inner = task.window(context.params.sampling.step);
-        let window = seen_by(inner);
-        if window.width.saturating_mul(window.height) > BUILDING_PIXELS {
+        let whole = seen_by(context.params, inner)?;
+        if whole.width.saturating_mul(whole.height) > BUILDING_PIXELS {
             let (width, height) = (inner.width as f64 * inner.step, inner.height as f64 * inner.step);
-            let reason = format!("it measures {width:.0} × {height:.0} m, too much for one building");
-            return Ok(Err(reason));
+            return Ok(Err(Reason::TooLarge { width, height }));
         }
-        let maps = prepare::read(self.ortho, window)?;
-        let around = self.labels.read(window)?.0;
-        let labels = around.crop(inner, Label::Ground as u8);
-        let mut crowns = around.map(|&l| l == Label::Tree as u8);
+        let all_around = self.labels.read(whole)?.0;
+        let labels = all_around.crop(inner, Label::Ground as u8);
         let known = |number: usize| self.footprints.and_then(|known| known.footprints.get(number));
         let mask = if let Some(number) = task.footprint {
             let Some(footprint) = known(number) else {
-                return Ok(Err("its footprint is not where it was when it was found".to_owned()));
+                return Ok(Err(Reason::Moved("its footprint")));
             };
             let mut inside = Raster::filled(inner, false);
             footprint.draw(&mut inside);
@@ -199,18 +201,22 @@ impl Modeller<'_> {
                 *inside &= label == Label::Building as u8;
             }
             if !inside.values().contains(&true) {
-                return Ok(Err("nothing of the mesh lies in its footprint".to_owned()));
+                return Ok(Err(Reason::EmptyFootprint));
             }
-            // A known footprint ends where it ends, whatever hangs over it.
-            crowns.values_mut().fill(false);
             inside
         } else if let Some(mask) = mask(&labels, task) {
             mask
         } else {
-            return Ok(Err("its pixels are not where they were when it was found".to_owned()));
+            return Ok(Err(Reason::Moved("one of its pixels")));
         };
+        // A known footprint ends where it ends, whatever hangs over it.
+        let may_be_hidden = task.footprint.is_none() && is_beside_crown(&mask, &all_around);
+        // What no crown hides needs its nearest surroundings only.
+        let window = if may_be_hidden { whole } else { grown(inner, method.reach()) };
         let mask = mask.crop(window, false);
-        let published = context.params.modeling.method == Method::Zhu2018;
+        let around = all_around.crop(window, Label::Ground as u8);
+        let crowns = around.map(|&label| task.footprint.is_none() && label == Label::Tree as u8);
+        let maps = prepare::read(self.ortho, window)?;
         let input = BuildingInput {
             roof: self.roofs.and_then(|known| known.roof(&mask)),
             mask,
@@ -220,20 +226,26 @@ impl Modeller<'_> {
             colour: self.photographed.then_some(maps.colour),
             walls: maps.walls,
             height: maps.height,
-            facets: if published { facets(self.blocks, window)? } else { Vec::new() },
+            facets: if method.needs().facets { facets(self.blocks, window)? } else { Vec::new() },
         };
-        let mut params = params(context);
+        let mut params = model_params(context.params);
         if task.footprint.is_some() {
             // A known footprint is one building.
             params.party_wall_step = 0.0;
         }
-        Ok(gable_modeling::model(&input, &params))
+        Ok(gable_modeling::model(&input, method, &settings, &params))
     }
 }
 
-/// What the modelling of a building sees of the cleaned rasters; `inner` is the window of its pixels.
-pub(crate) fn seen_by(inner: GridWindow) -> GridWindow {
-    inner.grown((gable_modeling::MARGIN / inner.step).ceil() as usize)
+/// What the modelling of a building may see of the cleaned rasters; `inner` is the window of its pixels.
+pub(crate) fn seen_by(params: &Params, inner: GridWindow) -> Result<GridWindow, PipelineError> {
+    let (method, _) = params.reconstruction()?;
+    Ok(grown(inner, method.reach().max(method.reach_under_crowns())))
+}
+
+/// A window with so many metres around it, and those that modelling needs in any case.
+fn grown(window: GridWindow, reach: f64) -> GridWindow {
+    window.grown((reach.max(MARGIN) / window.step).ceil() as usize)
 }
 
 /// Reads what was modelled for a tile.
@@ -271,29 +283,39 @@ fn mask(labels: &Raster<u8>, task: &Task) -> Option<Raster<bool>> {
     Some(marks.map(|&m| m == number))
 }
 
-fn params(context: &Context<'_>) -> gable_modeling::Params {
-    let given = &context.params.modeling;
-    let valid = &context.params.validation;
-    gable_modeling::Params {
-        method: match given.method {
-            Method::Gable => gable_modeling::Method::Gable,
-            Method::Zhu2018 => gable_modeling::Method::Zhu2018,
-        },
-        facade_angle: given.facade_angle,
-        plane_distance: given.plane_distance,
-        plane_angle: given.plane_angle,
-        plane_area: given.plane_area,
-        max_planes: given.max_planes,
-        line_length: given.line_length,
-        collinear: given.collinear,
-        extension: given.extension,
-        min_cell_area: given.min_cell_area,
-        superstructure_area: given.superstructure_area,
-        beta: given.beta,
-        beta_pixel: given.beta_pixel,
-        party_wall_step: given.party_wall_step,
-        work: given.work,
-        min_height: context.params.segmentation.min_height,
+/// How near a crown has to be to hide a part of a building, metres.
+const BESIDE: f64 = 1.0;
+
+/// Whether a crown stands beside a building.
+fn is_beside_crown(mask: &Raster<bool>, labels: &Raster<u8>) -> bool {
+    let window = mask.window();
+    let reach = (BESIDE / window.step).ceil() as usize;
+    let (offset_x, offset_y) = ((window.x0 - labels.window().x0) as usize, (window.y0 - labels.window().y0) as usize);
+    for y in 0..window.height {
+        for x in (0..window.width).filter(|&x| mask[(x, y)] && is_at_border(mask, x, y)) {
+            let (column, row) = (x + offset_x, y + offset_y);
+            for beside in row.saturating_sub(reach)..=(row + reach).min(labels.height() - 1) {
+                let columns = column.saturating_sub(reach)..=(column + reach).min(labels.width() - 1);
+                if labels.row(beside)[columns].contains(&(Label::Tree as u8)) {
+                    return true;
+                }
+            }
+        }
+    }
+    false
+}
+
+/// Whether a pixel of a mask has a neighbour that is none, or none at all on one side.
+fn is_at_border(mask: &Raster<bool>, x: usize, y: usize) -> bool {
+    let inside = x > 0 && y > 0 && x + 1 < mask.width() && y + 1 < mask.height();
+    !inside || !(mask[(x - 1, y)] && mask[(x + 1, y)] && mask[(x, y - 1)] && mask[(x, y + 1)])
+}
+
+fn model_params(params: &Params) -> ModelParams {
+    let valid = &params.validation;
+    ModelParams {
+        party_wall_step: params.modeling.party_wall_step,
+        work: params.modeling.work,
         tolerances: Tolerances { snap: valid.snap, planarity: valid.planarity, normals_deg: valid.normals },
     }
 }
@@ -314,7 +336,7 @@ fn evidence_attributes(evidence: &Evidence) -> Vec<(String, Value)> {
 fn record(
     task: &Task,
     id: String,
-    made: Result<BuildingModel, String>,
+    made: Result<BuildingModel, Reason>,
     tile: [u32; 2],
     frame: &Frame,
     step: f64,
@@ -330,6 +352,7 @@ fn record(
         bbox: [bounds.min.x + ox, bounds.min.y + oy, bounds.max.x + ox, bounds.max.y + oy],
         lod: Lod::None,
         reason: None,
+        reason_code: None,
         note,
         roof_type: None,
         area_m2: task.area(step),
@@ -339,7 +362,7 @@ fn record(
     };
     let mut roofs = Vec::new();
     match made {
-        Err(reason) => record.reason = Some(reason),
+        Err(reason) => record.tell(&reason),
         Ok(model) => {
             let lods = model.lods;
             let faces = |shells: &[gable_city_model::Shell]| shells.iter().map(|s| s.faces.len() as u32).sum();
@@ -352,7 +375,9 @@ fn record(
             } else {
                 (Lod::None, 0)
             };
-            record.reason = model.reason;
+            if let Some(reason) = &model.reason {
+                record.tell(reason);
+            }
             record.note = match (record.note, model.note) {
                 (Some(own), Some(more)) => Some(format!("{own}; {more}")),
                 (own, more) => own.or(more),
@@ -377,4 +402,25 @@ fn record(
         }
     }
     Modelled { task: task.id.clone(), building, record, roofs }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crown_counts_that_stands_at_the_wall() {
+        let window = GridWindow { step: 0.2, x0: 3, y0: -8, width: 30, height: 30 };
+        let mask = Raster::filled(GridWindow { x0: 11, y0: 0, width: 10, height: 10, ..window }, true);
+        let with_tree = |column: usize, row: usize| {
+            let mut labels = Raster::filled(window, Label::Ground as u8);
+            labels[(column, row)] = Label::Tree as u8;
+            is_beside_crown(&mask, &labels)
+        };
+        // The mask lies on columns and rows 8 to 17 of the window.
+        assert!(with_tree(8 + 9 + 5, 12) && with_tree(3, 3), "a metre from the wall, and from a corner");
+        assert!(!with_tree(8 + 9 + 6, 12) && !with_tree(2, 12), "farther off");
+        let whole = grown(mask.window(), 15.0);
+        assert_eq!(seen_by(&Params::default(), mask.window()).unwrap(), whole, "what hidden parts may take");
+    }
 }

@@ -11,14 +11,13 @@ use crate::failure::{guarded, is_local};
 use crate::known::Known;
 use crate::label_map::{self, LabelFolder};
 use crate::mosaic::{Mosaic, MosaicTile, TileData as _};
-use crate::params::{Features, Method, Params, TerrainModel};
+use crate::params::{Features, Params, TerrainModel};
 use crate::{PipelineError, Stage};
 use gable_geometry::Frame;
 use gable_ortho::Orthograph;
+use gable_parameters::Settings;
 use gable_raster::{GridWindow, Raster};
-use gable_segmentation::{
-    CleanupParams, Evidence, FeatureSet, Label, Model, RegionParams, SegmentParams, Terrain, saturated,
-};
+use gable_segmentation::{Evidence, FeatureSet, Label, LabelInput, Labeller, Model, RegionParams, Terrain, saturated};
 use gable_stitching::TileComponents;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -43,7 +42,7 @@ pub(crate) fn segment(
 ) -> Result<Labelled, PipelineError> {
     let patches = patches(ortho, context.params.segmentation.patch);
     context.observer.stage(Stage::Segment, patches.len());
-    let labeller = Labeller::new(context, frame, footprints, survey)?;
+    let labelling = Labelling::new(context, frame, footprints, survey)?;
     let done: Vec<(GridWindow, Result<Found, String>)> = patches
         .par_iter()
         .map(|&patch| {
@@ -51,7 +50,7 @@ pub(crate) fn segment(
             let found = match read_patch(context, patch)? {
                 Some(found) => Ok(found),
                 None => {
-                    match guarded(Stage::Segment, &unit_name(patch), || labeller.label(context, ortho, terrain, patch))
+                    match guarded(Stage::Segment, &unit_name(patch), || labelling.label(context, ortho, terrain, patch))
                     {
                         Ok(made) => Ok(write_patch(context, patch, made)?),
                         Err(error) if is_local(&error) => Err(error.to_string()),
@@ -152,13 +151,13 @@ pub(crate) fn patches(ortho: &Mosaic<Orthograph>, edge: usize) -> Vec<GridWindow
 }
 
 /// The tree classifier.
-fn classifier(context: &Context<'_>, photographed: bool) -> Result<Model, PipelineError> {
+fn classifier(context: &Context<'_>, method: &dyn Labeller, photographed: bool) -> Result<Model, PipelineError> {
     let params = &context.params.segmentation;
     let set = match (params.features, photographed) {
         (Features::Geometric, _) => FeatureSet::Geometric,
         (Features::Zhu27, true) => FeatureSet::Zhu27,
-        (Features::Auto, true) if params.method == Method::Zhu2018 => FeatureSet::Zhu27,
-        (Features::Auto | Features::Full, true) => FeatureSet::Full,
+        (Features::Auto, true) => method.features(),
+        (Features::Full, true) => FeatureSet::Full,
         (_, false) => {
             context.observer.warning("the mesh has no texture: trees are told from buildings by their shape alone");
             FeatureSet::Geometric
@@ -174,56 +173,28 @@ fn classifier(context: &Context<'_>, photographed: bool) -> Result<Model, Pipeli
     Ok(model)
 }
 
-fn segment_params(params: &Params) -> SegmentParams {
-    let given = &params.segmentation;
-    let published = given.method == Method::Zhu2018;
-    let base = if published { SegmentParams::zhu2018() } else { SegmentParams::default() };
-    SegmentParams {
-        height: given.h_trunc,
-        steepness: given.steepness,
-        tree_weight: given.tree_weight,
-        tree_share: given.tree_share,
-        doubt: given.doubt,
-        smoothness: given.mu,
-        step_smoothness: given.step_smoothness,
-        cleanup: CleanupParams {
-            opening: given.opening,
-            closing: given.closing,
-            hole_area: given.hole_area,
-            // The published method judges no region; too small buildings are dropped when all pieces are united.
-            building_area: if published { base.cleanup.building_area } else { given.min_area },
-            roof_tree_area: given.roof_tree_area,
-            building_tree_share: given.building_tree_share,
-            ..base.cleanup
-        },
-        ..base
-    }
-}
-
 /// When a whole building is none.
-pub(crate) fn region_params(params: &Params) -> RegionParams {
-    let given = &params.segmentation;
-    RegionParams {
-        half_width: given.min_width / 2.0,
-        wall_share: given.wall_share,
-        probability: given.probability,
-        long_core_share: given.narrow_share,
-        ..RegionParams::default()
-    }
+pub(crate) fn region_params(params: &Params) -> Result<RegionParams, PipelineError> {
+    let (method, settings) = params.labeller()?;
+    method.regions(&settings).map_err(|e| PipelineError::Input(e.to_string()))
 }
 
 /// Labels patches: what has to be at hand for each of them.
-pub(crate) struct Labeller<'a> {
+pub(crate) struct Labelling<'a> {
+    method: &'static dyn Labeller,
+    settings: Settings,
+    regions: RegionParams,
     model: Model,
     /// Brings the colours to the measure of other cities.
     saturation: Option<f32>,
-    params: SegmentParams,
+    /// Noise of the mesh as a multiple of the usual.
+    noise: f64,
     given: Option<LabelFolder>,
     footprints: Option<&'a Known>,
     frame: &'a Frame,
 }
 
-impl<'a> Labeller<'a> {
+impl<'a> Labelling<'a> {
     /// As [`segment`] has it.
     pub(crate) fn new(
         context: &Context<'_>,
@@ -231,13 +202,14 @@ impl<'a> Labeller<'a> {
         footprints: Option<&'a Known>,
         survey: &Survey,
     ) -> Result<Self, PipelineError> {
-        let model = classifier(context, survey.saturation.is_some())?;
+        let (method, settings) = context.params.labeller()?;
+        let regions = region_params(context.params)?;
+        let model = classifier(context, method, survey.saturation.is_some())?;
         // The published features see what the camera saw.
         let saturation = survey.saturation.filter(|_| model.features == FeatureSet::Full).map(|factor| factor as f32);
-        let params = SegmentParams { noise: survey.noise, ..segment_params(context.params) };
         let given = context.params.segmentation.labels.as_deref();
         let given = given.map(|folder| LabelFolder::open(folder, context.reach)).transpose()?;
-        Ok(Self { model, saturation, params, given, footprints, frame })
+        Ok(Self { method, settings, regions, model, saturation, noise: survey.noise, given, footprints, frame })
     }
 
     /// The labels of a patch, its components, and the evidence on each.
@@ -253,7 +225,7 @@ impl<'a> Labeller<'a> {
         if let Some(factor) = self.saturation {
             maps.colour = saturated(&maps.colour, factor);
         }
-        let input = gable_segmentation::Orthograph {
+        let seen = gable_segmentation::Orthograph {
             colour: self.model.features.needs_colour().then_some(&maps.colour),
             height: &maps.height,
             normal: &maps.normal,
@@ -262,7 +234,14 @@ impl<'a> Labeller<'a> {
             TerrainModel::Surface => terrain.under(&maps.height),
             TerrainModel::Constant => Terrain::constant(terrain.height(centre(patch)) as f32).raster(window),
         };
-        let found = gable_segmentation::segment(&input, &ground, &self.model, &self.params);
+        let input = LabelInput {
+            maps: seen,
+            terrain: &ground,
+            classifier: &self.model,
+            noise: self.noise,
+            min_area: context.params.segmentation.min_area,
+        };
+        let found = self.method.label(&input, &self.settings);
         let found = found.map_err(|e| context.failed(Stage::Segment, &unit_name(patch), e))?;
         let mut labels = found.labels.clone();
         for (label, z) in labels.values_mut().iter_mut().zip(maps.height.values()) {
@@ -279,7 +258,7 @@ impl<'a> Labeller<'a> {
         }
         let (components, marks) = TileComponents::of(&core, |&l| l == Label::Building as u8);
         let count = components.components.len();
-        let evidence = Evidence::gather(&labels, &found, &maps.height, &marks, count, &region_params(context.params));
+        let evidence = Evidence::gather(&labels, &found, &maps.height, &marks, count, &self.regions);
         Ok((core, components, evidence))
     }
 }
@@ -341,31 +320,8 @@ mod tests {
 
     #[test]
     fn regions_are_judged_by_default_and_never_by_the_published_method() {
-        assert_eq!(region_params(&Params::default()), RegionParams::default());
-        let published = region_params(&Params::assemble(Some("zhu2018"), None, &[]).unwrap());
-        assert_eq!(RegionParams { core_share: 0.0, ..published }, RegionParams::zhu2018());
-    }
-
-    #[test]
-    fn the_defaults_are_the_labelling_crates_and_the_preset_is_the_published_rule() {
-        let params = Params::default();
-        let mut expected = SegmentParams::default();
-        expected.cleanup.building_area = params.segmentation.min_area;
-        assert_eq!(segment_params(&params), expected);
-
-        let published = SegmentParams::zhu2018();
-        for (preset, settings) in [(Some("zhu2018"), vec![]), (None, vec![("method".to_owned(), "zhu2018".to_owned())])]
-        {
-            let found = segment_params(&Params::assemble(preset, None, &settings).unwrap());
-            // These belong to the other method and are not looked at.
-            let ours = SegmentParams::default();
-            let unused = SegmentParams {
-                tree_weight: ours.tree_weight,
-                tree_share: ours.tree_share,
-                doubt: ours.doubt,
-                ..published
-            };
-            assert_eq!(found, unused);
-        }
+        assert_eq!(region_params(&Params::default()).unwrap(), RegionParams::default());
+        let published = Params::assemble(Some("zhu2018"), None, &[]).unwrap();
+        assert_eq!(region_params(&published).unwrap(), RegionParams::zhu2018());
     }
 }

@@ -64,19 +64,21 @@ pub(crate) fn stitch(
         context.observer.done(Stage::Stitch, "city");
         return Ok((tasks, labelled));
     }
-    let smallest = context.params.segmentation.min_area;
+    let (smallest, lowest) = (context.params.segmentation.min_area, context.params.segmentation.min_height);
     // What was given is not doubted.
     let params = match context.params.segmentation.labels {
         Some(_) => RegionParams::zhu2018(),
-        None => region_params(context.params),
+        None => region_params(context.params)?,
     };
     let (mut wholes, mut others) = (Vec::new(), BTreeMap::<usize, Vec<(u32, Label)>>::new());
     for whole in unite(&labelled.components) {
         let evidence = gathered(&whole, &labelled.evidence);
         match evidence.verdict(&params, step) {
-            Label::Building if whole.area(step) >= smallest => wholes.push((whole, evidence)),
+            Label::Building if whole.area(step) >= smallest && evidence.mean_height() >= lowest => {
+                wholes.push((whole, evidence))
+            }
             label => {
-                // Too small for a building, and no tree: it lies on the ground.
+                // Too small or too low for a building, and no tree: it lies on the ground.
                 let label = if label == Label::Building { Label::Ground } else { label };
                 for (tile, component) in whole.pieces {
                     others.entry(tile).or_default().push((component, label));

@@ -21,7 +21,7 @@ pub(super) fn segment(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let terrain = terrain_file::read(unit.folder)?;
     let known = params.segmentation.footprints.as_deref();
     let known = known.map(|path| Known::read(path, &frame, context)).transpose()?;
-    let labeller = stage::Labeller::new(context, &frame, known.as_ref(), &detail.survey)?;
-    stage::write_patch(context, patch, labeller.label(context, &ortho, &terrain, patch)?)?;
+    let labelling = stage::Labelling::new(context, &frame, known.as_ref(), &detail.survey)?;
+    stage::write_patch(context, patch, labelling.label(context, &ortho, &terrain, patch)?)?;
     Ok(UnitResult { made: stage::patch_files(patch).to_vec(), ..UnitResult::default() })
 }

@@ -4,7 +4,7 @@ use super::names::{GRID, SPLIT, TEXTURES, basis, block_file, materials_file};
 use super::textures::Packed;
 use super::{Unit, UnitInput, UnitResult, UnitTask, given, map};
 use crate::known::Known;
-use crate::stages::segment::Labeller;
+use crate::stages::segment::Labelling;
 use crate::stages::terrain::Survey;
 use crate::stages::{model, rasters, split as stage, vectors};
 use crate::{PipelineError, Stage, artefact, run};
@@ -23,7 +23,7 @@ pub(super) fn split(unit: &Unit<'_>) -> Result<UnitResult, PipelineError> {
     let known = context.params.segmentation.footprints.as_deref();
     known.map(|path| Known::read(path, blocks.frame(), context)).transpose()?;
     model::known_roofs(context, blocks.frame())?;
-    Labeller::new(context, blocks.frame(), None, &Survey { saturation: Some(1.0), noise: 1.0 })?;
+    Labelling::new(context, blocks.frame(), None, &Survey { saturation: Some(1.0), noise: 1.0 })?;
 
     let mut result = UnitResult { made: given::take(params, folder, context.reach)?, ..UnitResult::default() };
     artefact::create_dir(&folder.join("textures"))?;

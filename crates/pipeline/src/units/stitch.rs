@@ -4,7 +4,7 @@ use super::names::{GRID, LabelFile, SAMPLED, SEAMS, SPLIT, STITCHED, Sampled, Se
 use super::{Unit, UnitInput, UnitResult, UnitTask, given, terrain_file};
 use crate::failure::Failures;
 use crate::known::Known;
-use crate::params::{Method, Params};
+use crate::params::Params;
 use crate::stages::sample::Piece;
 use crate::stages::split::Blocks;
 use crate::stages::{holes, mesh_tiles, model, prepare, sample, segment, stitch as stage, write};
@@ -156,20 +156,21 @@ impl City<'_> {
 
     fn modelling(&self, name: &str, tasks: &[&stage::Task]) -> Result<UnitTask, PipelineError> {
         let step = self.params().sampling.step;
+        let (method, _) = self.params().reconstruction()?;
         let mut pieces: BTreeMap<&str, &Piece> = BTreeMap::new();
         let mut labels: BTreeMap<&str, &LabelFile> = BTreeMap::new();
         // By row, then column: the order in which a run reads them.
         let mut meshes: BTreeSet<(u32, u32)> = BTreeSet::new();
         let mut terrain: BTreeSet<String> = BTreeSet::new();
         for task in tasks {
-            let window = model::seen_by(task.window(step));
+            let window = model::seen_by(self.params(), task.window(step))?;
             let raw = prepare::seen_by(window);
             let sees = |p: &&Piece| !p.window(step).intersection(&raw).is_empty();
             pieces.extend(self.sampled.pieces().filter(sees).map(|p| (p.file.as_str(), p)));
             let under = |l: &&LabelFile| !l.window.intersection(&window).is_empty();
             labels.extend(self.labels.iter().filter(under).map(|l| (l.file.as_str(), l)));
             terrain.extend(terrain_file::tiles(self.sampled.terrain, window));
-            if self.params().modeling.method == Method::Zhu2018 {
+            if method.needs().facets {
                 let near = |&(ix, iy): &(u32, u32)| {
                     self.blocks.core(ix, iy).is_some_and(|c| c.bounds().intersects(&window.bounds()))
                 };

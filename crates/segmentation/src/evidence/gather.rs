@@ -4,8 +4,8 @@ use gable_raster::{GridWindow, Raster};
 
 use super::{Evidence, FULL, RegionParams};
 use crate::Label;
+use crate::methods::Segmentation;
 use crate::morphology::erode;
-use crate::segment::Segmentation;
 
 /// How far from the border, inwards and outwards, heights are compared to measure a drop, metres: walls of a mesh are rounded.
 const WALL_REACH: f64 = 0.8;

@@ -44,6 +44,12 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// Mean height over the ground, metres.
+    #[must_use]
+    pub fn mean_height(&self) -> f64 {
+        self.rise as f64 / 100.0 / self.pixels.max(1) as f64
+    }
+
     /// Adds the evidence of another piece of the same region.
     pub fn absorb(&mut self, other: &Self) {
         self.pixels += other.pixels;

@@ -93,7 +93,7 @@ impl Evidence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::segment::Segmentation;
+    use crate::methods::Segmentation;
     use crate::stumps::Plants;
     use gable_raster::{GridWindow, Raster};
 
@@ -107,7 +107,6 @@ mod tests {
             classified: tree.clone(),
             plants: Plants { tree, low: None },
             above: heights.clone(),
-            features: crate::FeatureSet::Geometric,
             energy: 0.0,
         }
     }

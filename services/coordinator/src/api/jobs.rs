@@ -14,7 +14,7 @@ use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use gable_files::Source;
 use gable_job_store::{Job, JobFilter, JobState, NewCallback, NewJob, NewTask, Scope, Store, Task, TaskState};
-use gable_pipeline::params::PARAMETERS;
+use gable_pipeline::params::parameters;
 use gable_pipeline::{Params, Stage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -323,7 +323,7 @@ pub(super) async fn check(request: &JobRequest, service: &Coordinator, caller: &
     let params =
         Params::assemble(request.preset.as_deref(), None, &settings).map_err(|e| Problem::invalid(e.to_string()))?;
     let defaults = Params::default();
-    for changed in PARAMETERS.iter().filter(|p| p.value(&params) != p.value(&defaults)) {
+    for changed in parameters().iter().filter(|p| p.value(&params) != p.value(&defaults)) {
         if changed.group == "resources" {
             return Err(Problem::invalid(format!("{} is for the workers to say, not for a job", changed.name)));
         }

@@ -3,7 +3,7 @@
 use crate::Caller;
 use axum::Json;
 use gable_pipeline::Params;
-use gable_pipeline::params::{Format, PARAMETERS, PRESETS};
+use gable_pipeline::params::{Format, PRESETS, parameters};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -29,6 +29,11 @@ pub(crate) struct ParameterView {
     #[serde(skip_serializing_if = "Option::is_none")]
     max: Option<f64>,
     choices: &'static [&'static str],
+    /// The methods of the stage that have it; empty if the stage itself does.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    methods: &'static [&'static str],
+    /// Whether few users need it.
+    expert: bool,
     /// Choices that every job takes, whatever is asked for: the dashboard's viewer shows 3D Tiles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     always: Vec<&'static str>,
@@ -60,19 +65,21 @@ pub(crate) struct ParameterList {
 pub(crate) async fn list(_: Caller) -> Json<ParameterList> {
     let defaults = Params::default();
     // How many threads and how much memory is for the workers to say.
-    let parameters = PARAMETERS.iter().filter(|p| p.group != "resources").map(|p| ParameterView {
-        name: p.name,
+    let all = parameters().iter().filter(|p| p.group != "resources").map(|p| ParameterView {
+        name: &p.name,
         group: p.group,
         kind: p.kind,
         unit: p.unit,
         default: p.value(&defaults),
         min: p.bounds.map(|b| b.min),
         max: p.bounds.map(|b| b.max),
-        choices: p.choices,
+        choices: &p.choices,
+        methods: &p.methods,
+        expert: p.is_expert,
         always: if p.name == FORMATS { vec![FOR_THE_VIEWER.name()] } else { Vec::new() },
         help: p.help,
     });
     let presets =
         PRESETS.iter().map(|p| PresetView { name: p.name, help: p.help, values: p.values.iter().copied().collect() });
-    Json(ParameterList { parameters: parameters.collect(), presets: presets.collect() })
+    Json(ParameterList { parameters: all.collect(), presets: presets.collect() })
 }

@@ -128,7 +128,6 @@ fn counts(grid: &str) -> Result<(&str, &str), UsageError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gable_pipeline::params::Method;
 
     fn args(set: &[&str]) -> ParamArgs {
         ParamArgs { settings: set.iter().map(|s| (*s).to_owned()).collect(), ..ParamArgs::default() }
@@ -144,7 +143,7 @@ mod tests {
         };
         let params = assemble(&flags).unwrap();
         assert_eq!((params.grid.columns, params.grid.rows, params.sampling.step), (4, 3, 0.3));
-        assert_eq!(params.modeling.method, Method::Zhu2018);
+        assert_eq!(params.modeling.method, "zhu2018");
         let auto = ParamArgs { grid: Some("auto".to_owned()), ..args(&["grid.columns=5", "grid.block_size=50"]) };
         assert_eq!(assemble(&auto).unwrap().grid, Params::default().grid);
     }

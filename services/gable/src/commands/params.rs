@@ -4,7 +4,7 @@ use crate::cli::ParamsArgs;
 use crate::exit::Outcome;
 use crate::{table, terminal};
 use gable_pipeline::Params;
-use gable_pipeline::params::{GROUPS, PARAMETERS, PRESETS, Parameter};
+use gable_pipeline::params::{GROUPS, PRESETS, Parameter, parameters};
 use serde_json::json;
 
 /// Lists the parameters.
@@ -12,7 +12,7 @@ pub(crate) fn run(args: &ParamsArgs) -> anyhow::Result<Outcome> {
     let params = super::assemble(&args.params)?;
     let defaults = Params::default();
     let filter = args.filter.as_deref().unwrap_or_default();
-    let listed: Vec<_> = PARAMETERS.iter().filter(|p| p.name.contains(filter)).collect();
+    let listed: Vec<_> = parameters().iter().filter(|p| p.name.contains(filter)).collect();
     if args.json {
         let presets: Vec<_> = PRESETS
             .iter()
@@ -38,6 +38,8 @@ fn row(p: &Parameter, params: &Params, defaults: &Params) -> serde_json::Value {
         "min": p.bounds.map(|b| b.min),
         "max": p.bounds.map(|b| b.max),
         "choices": p.choices,
+        "methods": p.methods,
+        "expert": p.is_expert,
         "help": p.help,
     })
 }
@@ -56,7 +58,11 @@ fn text(listed: &[&Parameter], params: &Params, defaults: &Params) -> String {
             let changed = p.value(params) != p.value(defaults);
             let mark = if changed { format!(" (default {})", p.value(defaults)) } else { String::new() };
             let value = Some(p.value(params)).filter(|v| !v.is_empty()).unwrap_or_else(|| "-".to_owned());
-            rows.push(vec![p.name.to_owned(), value + &mark, p.unit.to_owned(), p.range(), p.help.to_owned()]);
+            let only = match p.methods.as_slice() {
+                [method] => format!(" Of the method {method} only."),
+                _ => String::new(),
+            };
+            rows.push(vec![p.name.clone(), value + &mark, p.unit.to_owned(), p.range(), p.help.to_owned() + &only]);
         }
         text += &table::render(&rows);
         text.push('\n');

@@ -6,7 +6,7 @@ use crate::sandbox;
 use anyhow::Context as _;
 use gable_coordinator::FOR_THE_VIEWER;
 use gable_files::{Reach, Source, SourceRoots};
-use gable_pipeline::params::PARAMETERS;
+use gable_pipeline::params::parameters;
 use gable_pipeline::{
     FailedUnit, Observer, Params, Stage, StageSeconds, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask,
     carry_out, first_unit,
@@ -140,8 +140,8 @@ impl Request {
         let settings: Vec<_> = self.parameters.iter().map(|(name, value)| (name.clone(), text(value))).collect();
         let mut params = Params::assemble(self.preset.as_deref(), None, &settings)?;
         let defaults = Params::default();
-        let files = PARAMETERS.iter().filter(|p| p.kind == "file" && p.value(&params) != p.value(&defaults));
-        for (name, given) in files.map(|p| (p.name, p.value(&params))).collect::<Vec<_>>() {
+        let files = parameters().iter().filter(|p| p.kind == "file" && p.value(&params) != p.value(&defaults));
+        for (name, given) in files.map(|p| (p.name.as_str(), p.value(&params))).collect::<Vec<_>>() {
             let found = roots.resolve(&given).map_err(|e| UsageError(format!("{name}: {e}")))?;
             params.set(name, &found.to_string_lossy())?;
         }

@@ -1,4 +1,4 @@
-//! The published method, as a baseline: Zhu et al. 2018, §5, with the figures of the paper.
+//! The published method, `zhu2018`, as a baseline: Zhu et al. 2018, §5, with the figures of the paper.
 //!
 //! What the paper leaves open is decided as plainly as possible and said at the place: the angle thresholds (20°), how
 //! far segments extend (each end by three times their length: the authors' next paper, Han 2021, §V, calls a ratio of 2 to 4
@@ -6,16 +6,19 @@
 //! whatever lies mostly outside the building's mask. Cells under the smallest area and edges under a decimetre are removed, as
 //! in the default method: long lines leave slivers that no validator passes.
 
-use crate::collapse::short_edges;
-use crate::gable::{Reconstruction, SHORTEST};
+use crate::collapse::{SHORTEST, short_edges};
 use crate::input::BuildingInput;
+use crate::lods::STRAIGHT;
+use crate::methods::{Needs, Reconstruction};
 use crate::model::LOWEST_EAVE;
-use crate::params::Params;
+use crate::reason::Reason;
+use crate::roof_partition::RoofPartition;
 use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use gable_arrangement::{Arrangement, Extension, Options, extend};
 use gable_geometry::{Covariance3, DVec2, DVec3, Plane};
 use gable_graph_cut::{GraphProblem, expand};
 use gable_lines::{LineSegment, LsdParams, Source, detect_segments, grey, merge_collinear, snap_directions};
+use gable_parameters::{Declaration, Parameters as _, Settings, parameters, within};
 use gable_planes::{facade_directions, facade_segments, ransac, roof_directions, vsa};
 use gable_raster::Raster;
 
@@ -25,8 +28,67 @@ const ITERATIONS: usize = 400;
 /// Seed of everything random.
 const SEED: u64 = 2018;
 
+/// The published method.
+#[derive(Debug)]
+pub struct Zhu2018;
+
+parameters! {
+    /// Parameters of the published method.
+    pub(crate) struct Zhu2018Params {
+        /// Faces within this angle of the vertical are facades.
+        facade_angle: f64 = 20.0, "°", within(1.0, 60.0);
+        /// How far a roof point may lie from its plane.
+        plane_distance: f64 = 0.3, "m", within(0.02, 5.0);
+        /// How far a roof point's normal may turn from its plane's.
+        plane_angle: f64 = 20.0, "°", within(1.0, 60.0);
+        /// Smallest area of a roof plane.
+        plane_area: f64 = 3.0, "m²", within(0.1, 100.0);
+        /// Most planes of one building.
+        max_planes: usize = 200, "", within(1.0, 10_000.0);
+        /// Shortest line segment that is kept.
+        line_length: f64 = 1.0, "m", within(0.1, 50.0);
+        /// Parallel segments closer than this become one (Zhu 2018, §5.2).
+        collinear: f64 = 0.5, "m", within(0.0, 5.0);
+        /// Segments grow by this times their length at each end before they slice the plane.
+        extension: f64 = 3.0, "", within(0.0, 20.0);
+        /// Cells smaller than this join a neighbour.
+        min_cell_area: f64 = 0.5, "m²", within(0.0, 50.0);
+        /// Weight of smoothness against data (Zhu 2018, Eq. 11), where data is summed over pixels.
+        beta_pixel: f64 = 10.0, "m/m", within(0.0, 100_000.0);
+    }
+}
+
+impl Reconstruction for Zhu2018 {
+    fn name(&self) -> &'static str {
+        "zhu2018"
+    }
+
+    fn help(&self) -> &'static str {
+        "the published rules of Zhu et al. 2018, §5, as a baseline"
+    }
+
+    fn parameters(&self) -> &'static [Declaration] {
+        Zhu2018Params::declarations()
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { facets: true }
+    }
+
+    // The published method knows no limit of work: its steps are what they are.
+    fn reconstruct(
+        &self,
+        input: &BuildingInput,
+        ground: f64,
+        _most_work: usize,
+        settings: &Settings,
+    ) -> Result<RoofPartition, Reason> {
+        reconstruct(input, ground, &settings.typed().map_err(Reason::Settings)?)
+    }
+}
+
 /// Models one building down to its partition. `base` is the height of the ground.
-pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> Result<Reconstruction, String> {
+fn reconstruct(input: &BuildingInput, base: f64, params: &Zhu2018Params) -> Result<RoofPartition, Reason> {
     let frames = facade_frame(input, params);
     let mut segments = line_segments(input, &frames, params);
     // Regularisation: turn to the facade directions, then merge what is collinear.
@@ -35,7 +97,7 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
     segments.retain(|s| s.length() >= params.line_length);
     let planes = roof_planes(input, &frames, params);
     if planes.is_empty() {
-        return Err("RANSAC finds no roof plane".to_owned());
+        return Err(Reason::NoPlanes);
     }
     let ends: Vec<(DVec2, DVec2)> = segments.iter().map(|s| (s.a, s.b)).collect();
     let lines = extend(&ends, Extension::Factor(params.extension));
@@ -45,16 +107,16 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();
     let (partition, planes) = clip_to_ground(partition, planes, base + LOWEST_EAVE);
-    let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
+    let partition = short_edges(&partition.straightened(STRAIGHT), SHORTEST);
     if planes.is_empty() {
-        return Err("no face of the arrangement lies in the building".to_owned());
+        return Err(Reason::NoFaces);
     }
-    Ok(Reconstruction { partition, planes, note: None })
+    Ok(RoofPartition { partition, planes, note: None })
 }
 
 /// Facade directions (§5.1, Eq. 7): one frame of two orthogonal axes, from the horizontal projections of the normals
 /// of nearly vertical faces.
-fn facade_frame(input: &BuildingInput, params: &Params) -> Vec<f64> {
+fn facade_frame(input: &BuildingInput, params: &Zhu2018Params) -> Vec<f64> {
     let normals: Vec<DVec2> =
         input.facets.iter().filter_map(|[a, b, c]| (*b - *a).cross(*c - *a).truncate().try_normalize()).collect();
     facade_directions::ransac(&normals, params.facade_angle, ITERATIONS, SEED).map(|f| f.angle).into_iter().collect()
@@ -62,7 +124,7 @@ fn facade_frame(input: &BuildingInput, params: &Params) -> Vec<f64> {
 
 /// Segments of image, facades, height map and the two maps of directional normal variation, stacked (§5.2). Those
 /// outside the building's surroundings are left out.
-fn line_segments(input: &BuildingInput, frames: &[f64], params: &Params) -> Vec<LineSegment> {
+fn line_segments(input: &BuildingInput, frames: &[f64], params: &Zhu2018Params) -> Vec<LineSegment> {
     let mut out = Vec::new();
     let mut detect = |raster: &Raster<f32>, source: Source, lsd: LsdParams| {
         out.extend(detect_segments(raster, source, &lsd).into_iter().map(|d| d.segment));
@@ -103,7 +165,7 @@ fn grown(mask: &Raster<bool>, reach: usize) -> Raster<bool> {
 }
 
 /// Roof directions (Eq. 8) and, along them, roof planes by RANSAC on the height map (§5.3).
-fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params) -> Vec<Plane> {
+fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Zhu2018Params) -> Vec<Plane> {
     let inside = input.normal.values().iter().zip(input.mask.values()).filter(|(n, m)| **m && n[2] > 0.3);
     let normals: Vec<DVec3> = inside.map(|(n, _)| DVec3::from_array(n.map(f64::from))).collect();
     let directions = roof_directions::ransac(&normals, frames, params.facade_angle, 0.05, ITERATIONS, SEED);
@@ -125,8 +187,8 @@ fn assign(
     arrangement: &Arrangement,
     planes: &[Plane],
     input: &BuildingInput,
-    params: &Params,
-) -> Result<Vec<Option<u16>>, String> {
+    params: &Zhu2018Params,
+) -> Result<Vec<Option<u16>>, Reason> {
     let window = input.window();
     let count = arrangement.faces().len();
     let owner = arrangement.face_raster(window.x0, window.y0, window.width, window.height, window.step);
@@ -161,7 +223,7 @@ fn assign(
         .collect();
     let start = gable_graph_cut::data_optimum(planes.len(), &unary);
     let problem = GraphProblem { labels: planes.len(), unary, edges };
-    let (labels, _) = expand(&problem, start, &Default::default()).map_err(|e| e.to_string())?;
+    let (labels, _) = expand(&problem, start, &Default::default()).map_err(|e| Reason::GraphCut(e.to_string()))?;
     let is_ground = |f: usize| f == 0 || 2 * inside[f].0 <= inside[f].1;
     Ok(labels.into_iter().enumerate().map(|(f, l)| (!is_ground(f)).then_some(l)).collect())
 }

@@ -1,4 +1,4 @@
-//! The default method: planes first, then the lines that they and the walls imply.
+//! The default method, `planes-first`: planes, then the lines that they and the walls imply.
 //!
 //! Zhu 2018, §5, with these departures:
 //!
@@ -9,16 +9,18 @@
 //! 4. segments slice the plane only as far as the next segment, not without end;
 //! 5. the faces are labelled with a ground label and in cubic metres.
 
-use crate::collapse::short_edges;
+use crate::collapse::{SHORTEST, short_edges};
 use crate::creases::{Crease, creases};
 use crate::eaves;
 use crate::facades;
 use crate::faces::{Weights, assign};
 use crate::input::BuildingInput;
 use crate::leaks;
+use crate::lods::STRAIGHT;
+use crate::methods::Reconstruction;
 use crate::model::LOWEST_EAVE;
-use crate::params::Params;
-use crate::partition::{Partition, Region};
+use crate::reason::Reason;
+use crate::roof_partition::RoofPartition;
 use crate::steps::{Profile, offset};
 use crate::subdivide::{absorb_small, clip_to_ground, dissolve};
 use crate::superstructures::{self, Limits};
@@ -32,6 +34,7 @@ use gable_lines::{
     LineSegment, LocalGraphParams, PolylineParams, Ring, fit_polyline, merge_collinear, orthogonalise_local_graph,
     snap_directions, trace_outline, trace_regions,
 };
+use gable_parameters::{Declaration, Parameters as _, Settings, parameters, within};
 use gable_planes::Planes;
 use gable_raster::Raster;
 
@@ -66,29 +69,69 @@ const SNAP: f64 = 0.14;
 /// How far the ends of a wall may move while it turns, metres.
 const TURNED: f64 = 0.5;
 
-/// Edges shorter than this are collapsed, metres.
-pub(crate) const SHORTEST: f64 = 0.1;
-
 /// How far a line of intersection may lie from the border between its planes, metres.
 const CREASE_REACH: f64 = 1.2;
 
-/// The partition of a building with the plane of each region, and the pixel labelling it came from.
-pub(crate) struct Reconstruction {
-    pub(crate) partition: Partition,
-    pub(crate) planes: Vec<Plane>,
-    /// How it is simpler than the building, and why; `None` if it is not.
-    pub(crate) note: Option<String>,
+/// The default method.
+#[derive(Debug)]
+pub struct PlanesFirst;
+
+parameters! {
+    /// Parameters of the default method.
+    pub(crate) struct PlanesFirstParams {
+        /// How far a roof point may lie from its plane.
+        plane_distance: f64 = 0.3, "m", within(0.02, 5.0);
+        /// How far a roof point's normal may turn from its plane's.
+        plane_angle: f64 = 20.0, "°", within(1.0, 60.0);
+        /// Smallest area of a roof plane.
+        plane_area: f64 = 3.0, "m²", within(0.1, 100.0);
+        /// Most planes of one building.
+        max_planes: usize = 200, "", within(1.0, 10_000.0);
+        /// Shortest line segment that is kept.
+        line_length: f64 = 1.0, "m", within(0.1, 50.0);
+        /// Parallel segments closer than this become one (Zhu 2018, §5.2).
+        collinear: f64 = 0.5, "m", within(0.0, 5.0);
+        /// Segments grow by this times their length at most, until they hit another one.
+        extension: f64 = 3.0, "", within(0.0, 20.0);
+        /// Cells smaller than this join a neighbour.
+        min_cell_area: f64 = 0.5, "m²", within(0.0, 50.0);
+        /// Parts on a roof that are smaller than this, and set off from it by steps, are left out.
+        superstructure_area: f64 = 4.0, "m²", within(0.0, 1000.0);
+        /// Weight of smoothness against data (Zhu 2018, Eq. 11): of a metre of border, against cubic metres.
+        beta: f64 = 0.4, "m³/m", within(0.0, 1000.0);
+    }
 }
 
-impl Reconstruction {
-    /// Groups of the regions apart, each in the order given.
-    pub(crate) fn parts(&self, groups: &[Vec<Region>]) -> Vec<Self> {
-        let part = |(regions, partition): (&Vec<Region>, Partition)| Self {
-            partition,
-            planes: regions.iter().map(|&r| self.planes[r]).collect(),
-            note: self.note.clone(),
-        };
-        groups.iter().zip(self.partition.parts(groups)).map(part).collect()
+impl Reconstruction for PlanesFirst {
+    fn name(&self) -> &'static str {
+        "planes-first"
+    }
+
+    fn help(&self) -> &'static str {
+        "roof planes first, then the lines that they and the walls imply"
+    }
+
+    fn parameters(&self) -> &'static [Declaration] {
+        PlanesFirstParams::declarations()
+    }
+
+    fn reach_under_crowns(&self) -> f64 {
+        under_trees::REACH
+    }
+
+    fn completed(&self, input: &BuildingInput) -> Option<BuildingInput> {
+        let hangs_over = input.crowns.values().contains(&true);
+        if hangs_over { under_trees::complete(input, &facade_frames(&outline(input))) } else { None }
+    }
+
+    fn reconstruct(
+        &self,
+        input: &BuildingInput,
+        ground: f64,
+        most_work: usize,
+        settings: &Settings,
+    ) -> Result<RoofPartition, Reason> {
+        reconstruct(input, ground, most_work, &settings.typed().map_err(Reason::Settings)?)
     }
 }
 
@@ -97,11 +140,14 @@ impl Reconstruction {
 /// Where no plane holds on any face, as on small or ragged buildings, the straightened outline of the mask under one
 /// level plane is what remains. Where all planes would take more work than the building may, only the larger half of them is
 /// modelled, and so on.
-pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> Result<Reconstruction, String> {
+fn reconstruct(
+    input: &BuildingInput,
+    base: f64,
+    most_work: usize,
+    params: &PlanesFirstParams,
+) -> Result<RoofPartition, Reason> {
     let outline = outline(input);
     let frames = facade_frames(&outline);
-    let pixels = input.mask.values().iter().filter(|&&inside| inside).count();
-    let most_work = work::most(pixels, params);
     let RoofPlanes { mut planes, labels, found, cut_short } = roof_planes(input, &frames, params, most_work);
     let note = |kept: usize| match (kept < found, cut_short) {
         (true, _) => {
@@ -120,7 +166,7 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
         let left = webs::without(input, &mut surface, &planes);
         let seen = left.as_ref().unwrap_or(input);
         match with_planes(seen, &planes, surface, &frames, base, params, most_work)? {
-            Attempt::Made(made) => return Ok(Reconstruction { note: note(planes.len()), ..made }),
+            Attempt::Made(made) => return Ok(RoofPartition { note: note(planes.len()), ..made }),
             Attempt::NoRoof => break,
             Attempt::TooMuchWork => planes.truncate(planes.len() / 2),
         }
@@ -129,18 +175,18 @@ pub(crate) fn reconstruct(input: &BuildingInput, base: f64, params: &Params) -> 
         planes.is_empty().then(|| "no roof plane is modelled: each is more work than modeling.work allows".to_owned());
     let level = [Plane::horizontal(median_height(input))];
     let all = input.mask.map(|&m| if m { 0 } else { NONE });
-    let coarse = Params { collinear: 0.0, beta: 0.0, min_cell_area: 0.0, ..params.clone() };
+    let coarse = PlanesFirstParams { collinear: 0.0, beta: 0.0, min_cell_area: 0.0, ..params.clone() };
     // The outline under one plane is no more work than its pixels.
     match with_planes(input, &level, all, &[], base, &coarse, usize::MAX)? {
-        Attempt::Made(made) => Ok(Reconstruction { note, ..made }),
-        Attempt::NoRoof | Attempt::TooMuchWork => Err("no roof stands above the ground".to_owned()),
+        Attempt::Made(made) => Ok(RoofPartition { note, ..made }),
+        Attempt::NoRoof | Attempt::TooMuchWork => Err(Reason::NoRoof),
     }
 }
 
 /// What comes of modelling a building with given planes.
 enum Attempt {
     /// Its partition.
-    Made(Reconstruction),
+    Made(RoofPartition),
     /// No plane covers any face.
     NoRoof,
     /// It was given up, for it would take more work than the building may.
@@ -154,9 +200,9 @@ fn with_planes(
     mut surface: Raster<u16>,
     frames: &[f64],
     base: f64,
-    params: &Params,
+    params: &PlanesFirstParams,
     most_work: usize,
-) -> Result<Attempt, String> {
+) -> Result<Attempt, Reason> {
     let limits = Limits { area: params.superstructure_area, speck: SPECK, step: MEETING };
     superstructures::remove(&mut surface, planes, limits);
     let creases = creases(&surface, planes, MEETING, CREASE_REACH, 0.5 * params.line_length);
@@ -164,7 +210,8 @@ fn with_planes(
     let weights = Weights { beta: params.beta, truncation: 1.0, stranger: 0.1 };
     let Some(mut arrangement) = arrange(&walls, &creases, params, most_work) else { return Ok(Attempt::TooMuchWork) };
     let label = |arrangement: &Arrangement| {
-        assign(arrangement, planes, &surface, &input.height, weights, most_work).map_err(|e| e.to_string())
+        assign(arrangement, planes, &surface, &input.height, weights, most_work)
+            .map_err(|e| Reason::GraphCut(e.to_string()))
     };
     let Some(mut faces) = label(&arrangement)? else { return Ok(Attempt::TooMuchWork) };
     let roof: Vec<bool> = faces.iter().map(Option::is_some).collect();
@@ -182,15 +229,9 @@ fn with_planes(
     let (partition, regions) = absorb_small(partition, regions, params.min_cell_area);
     let planes = regions.iter().map(|&r| planes[r as usize]).collect();
     let (partition, planes) = clip_to_ground(partition, planes, base + LOWEST_EAVE);
-    let partition = short_edges(&partition.straightened(2e-3), SHORTEST);
-    let made = Reconstruction { partition, planes, note: None };
+    let partition = short_edges(&partition.straightened(STRAIGHT), SHORTEST);
+    let made = RoofPartition { partition, planes, note: None };
     Ok(if made.planes.is_empty() { Attempt::NoRoof } else { Attempt::Made(made) })
-}
-
-/// The building with what crowns hide of it; `None` if they hide nothing that is known.
-pub(crate) fn completed(input: &BuildingInput) -> Option<BuildingInput> {
-    let hangs_over = input.crowns.values().contains(&true);
-    if hangs_over { under_trees::complete(input, &facade_frames(&outline(input))) } else { None }
 }
 
 /// The outline of the mask as straight segments.
@@ -211,7 +252,7 @@ struct RoofPlanes {
 }
 
 /// The planes of the roof. A building without any plane gets a level one at its median height.
-fn roof_planes(input: &BuildingInput, frames: &[f64], params: &Params, most_work: usize) -> RoofPlanes {
+fn roof_planes(input: &BuildingInput, frames: &[f64], params: &PlanesFirstParams, most_work: usize) -> RoofPlanes {
     let all = |planes: Vec<Plane>, labels| RoofPlanes { found: planes.len(), planes, labels, cut_short: false };
     if let Some(known) = &input.roof {
         return all(known.planes.clone(), known.labels.clone());
@@ -297,7 +338,7 @@ fn walls(
     surface: &Raster<u16>,
     planes: &[Plane],
     frames: &[f64],
-    params: &Params,
+    params: &PlanesFirstParams,
 ) -> Vec<LineSegment> {
     let mut found = Vec::new();
     let mut rings = trace_regions(surface, NONE);
@@ -386,7 +427,12 @@ fn facade_frames(walls: &[LineSegment]) -> Vec<f64> {
 
 /// The subdivision of the plane by walls and creases; `None` if so many of them come near each other that it would take
 /// more than `most_work`.
-fn arrange(walls: &[LineSegment], creases: &[Crease], params: &Params, most_work: usize) -> Option<Arrangement> {
+fn arrange(
+    walls: &[LineSegment],
+    creases: &[Crease],
+    params: &PlanesFirstParams,
+    most_work: usize,
+) -> Option<Arrangement> {
     let ends: Vec<(DVec2, DVec2)> =
         walls.iter().map(|s| (s.a, s.b)).chain(creases.iter().map(|c| (c.a, c.b))).collect();
     let rule = Extension::UntilHit { ratio: params.extension, limit: 2.0, touch: 1e-3 };
