@@ -3,6 +3,7 @@
 use crate::codec::Seen;
 use crate::spill::{Cell, Segment, Spill};
 use crate::triangle::{BlockTriangle, UNITS_PER_METRE};
+use gable_geometry::DisjointSets;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -131,7 +132,7 @@ impl CellParts {
         let mut corners = Seen::for_values(3 * triangles.len());
         let corners_of: Vec<[u32; 3]> =
             triangles.iter().map(|(_, triangle)| triangle.corners.map(|corner| corners.index(corner))).collect();
-        let mut sets = Sets::new(corners.values.len());
+        let mut sets = DisjointSets::new(corners.values.len());
         for [a, b, c] in corners_of.iter().map(|ids| ids.map(|id| id as usize)) {
             sets.join(a, b);
             sets.join(a, c);
@@ -271,7 +272,7 @@ fn unite(
     abroad: &[(Cell, [i32; 3], usize)],
     count: usize,
 ) -> io::Result<Vec<usize>> {
-    let mut sets = Sets::new(count);
+    let mut sets = DisjointSets::new(count);
     for pair in abroad.windows(2).filter(|pair| (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1)) {
         sets.join(pair[0].2, pair[1].2);
     }
@@ -290,7 +291,9 @@ fn unite(
             Ok(links)
         })
         .collect::<io::Result<_>>()?;
-    links.into_iter().flatten().for_each(|(a, b)| sets.join(a, b));
+    for (a, b) in links.into_iter().flatten() {
+        sets.join(a, b);
+    }
     Ok((0..count).map(|i| sets.find(i)).collect())
 }
 
@@ -320,7 +323,7 @@ fn floaters(
     for (at, (_, bounds)) in small.iter().enumerate() {
         bounds.homes().for_each(|home| near.entry(home).or_default().push(at));
     }
-    let mut sets = Sets::new(small.len());
+    let mut sets = DisjointSets::new(small.len());
     for list in near.values() {
         for (i, &a) in list.iter().enumerate() {
             for &b in &list[i + 1..] {
@@ -370,26 +373,4 @@ fn floaters(
     let floating = small.iter().enumerate().filter(|(at, _)| swarms.contains_key(&roots_of[*at]));
     let roots = floating.map(|(_, (root, _))| *root).collect();
     Ok(Floating { roots, swarms: swarms.len() as u64 })
-}
-
-/// Union–find with path halving; the smaller number becomes the root.
-struct Sets(Vec<usize>);
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn find(&mut self, mut at: usize) -> usize {
-        while self.0[at] != at {
-            self.0[at] = self.0[self.0[at]];
-            at = self.0[at];
-        }
-        at
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.0[a.max(b)] = a.min(b);
-    }
 }

@@ -1,6 +1,6 @@
 //! Covariance of points and the eigensystems of small symmetric matrices.
 
-use crate::{DVec2, DVec3};
+use crate::{DVec2, DVec3, Plane};
 
 /// Running sums from which centroid, covariance and the best plane of a set of points come.
 /// Sums are taken about the first point, so that large coordinates lose nothing.
@@ -87,17 +87,43 @@ impl Covariance3 {
     /// The least-squares plane of vertical distances, with the normal equations damped by a ridge of
     /// `1e-9` m² so that points on a line give the flattest plane through them; `None` for the empty set.
     #[must_use]
-    pub fn height_plane(&self) -> Option<crate::Plane> {
+    pub fn height_plane(&self) -> Option<Plane> {
+        let [xx, xy, xz, yy, yz, _] = self.matrix();
+        self.plane_of([xx + 1e-9, xy, yy + 1e-9], [xz, yz])
+    }
+
+    /// The least-squares plane of vertical distances, undamped; `None` if the points lie on a line or in one place: the
+    /// determinant of their covariance in plan is not above `1e-9` m⁴.
+    #[must_use]
+    pub fn undamped_height_plane(&self) -> Option<Plane> {
+        let [xx, xy, xz, yy, yz, _] = self.matrix();
+        if xx * yy - xy * xy > 1e-9 { self.plane_of([xx, xy, yy], [xz, yz]) } else { None }
+    }
+
+    /// The plane through the centroid with the slopes of [`least_squares_slopes`].
+    fn plane_of(&self, plan: [f64; 3], heights: [f64; 2]) -> Option<Plane> {
         if self.weight <= 0.0 {
             return None;
         }
-        let [xx, xy, xz, yy, yz, _] = self.matrix();
-        let (xx, yy) = (xx + 1e-9, yy + 1e-9);
-        let det = xx * yy - xy * xy;
-        let (a, b) = ((xz * yy - yz * xy) / det, (yz * xx - xz * xy) / det);
+        let [a, b] = least_squares_slopes(plan, heights);
         let c = self.centroid();
-        (a.is_finite() && b.is_finite()).then_some(crate::Plane { a, b, c: c.z - a * c.x - b * c.y })
+        (a.is_finite() && b.is_finite()).then_some(Plane { a, b, c: c.z - a * c.x - b * c.y })
     }
+}
+
+/// The slopes along x and y of the plane z = a·x + b·y + c that fits best by vertical distances, from second moments about
+/// the centroid: (xx, xy, yy) of the places, (xz, yz) of the heights with them, all in one unit. Not finite if the places lie on a
+/// line; add a ridge to xx and yy where they may.
+///
+/// ```
+/// // z = 2x − y at the corners of a square from −1 to 1.
+/// assert_eq!(gable_geometry::least_squares_slopes([1.0, 0.0, 1.0], [2.0, -1.0]), [2.0, -1.0]);
+/// ```
+#[inline]
+#[must_use]
+pub fn least_squares_slopes([xx, xy, yy]: [f64; 3], [xz, yz]: [f64; 2]) -> [f64; 2] {
+    let determinant = xx * yy - xy * xy;
+    [(xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant]
 }
 
 /// Eigenvalues (ascending) and unit vectors of the symmetric matrix (xx, xy, yy).
@@ -157,7 +183,7 @@ pub fn symmetric_eigen_3([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> ([f64; 3], [DVec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Counter, Plane};
+    use crate::Counter;
 
     #[test]
     fn finds_the_plane_under_noise_far_from_the_origin() {
@@ -175,9 +201,23 @@ mod tests {
         for cov in [whole, merged] {
             let fit = cov.height_plane().unwrap();
             assert!((fit.a - truth.a).abs() < 2e-3 && (fit.b - truth.b).abs() < 2e-3);
+            let undamped = cov.undamped_height_plane().unwrap();
+            assert!((fit.a - undamped.a).abs() < 1e-8 && (fit.b - undamped.b).abs() < 1e-8);
             let (values, vectors) = cov.eigen();
             assert!(values[0] < 0.01 && vectors[0].dot(truth.normal()).abs() > 0.9999);
         }
+    }
+
+    #[test]
+    fn points_on_a_line_have_a_damped_plane_only() {
+        let mut line = Covariance3::default();
+        assert!(line.height_plane().is_none() && line.undamped_height_plane().is_none());
+        for i in 0..5 {
+            line.add(DVec3::new(f64::from(i), 0.0, 0.5 * f64::from(i)), 1.0);
+        }
+        let plane = line.height_plane().unwrap();
+        assert!((plane.a - 0.5).abs() < 1e-6 && plane.b == 0.0);
+        assert!(line.undamped_height_plane().is_none());
     }
 
     #[test]

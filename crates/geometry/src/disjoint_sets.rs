@@ -12,6 +12,24 @@ impl DisjointSets {
         Self((0..n).collect())
     }
 
+    /// Adds a number, the next one, in a set of its own.
+    pub fn add(&mut self) -> usize {
+        self.0.push(self.0.len());
+        self.0.len() - 1
+    }
+
+    /// How many numbers there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there is no number.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The smallest member of the set that holds `i`.
     pub fn find(&mut self, mut i: usize) -> usize {
         while self.0[i] != i {
@@ -21,10 +39,11 @@ impl DisjointSets {
         i
     }
 
-    /// Joins the sets that hold `a` and `b`.
-    pub fn join(&mut self, a: usize, b: usize) {
+    /// Joins the sets that hold `a` and `b`. Says whether they were two.
+    pub fn join(&mut self, a: usize, b: usize) -> bool {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b)] = a.min(b);
+        a != b
     }
 
     /// The sets in the order of their smallest members, each ascending.
@@ -46,10 +65,11 @@ mod tests {
     #[test]
     fn the_smallest_member_stands_for_its_set() {
         let mut sets = DisjointSets::new(6);
-        sets.join(5, 3);
-        sets.join(4, 1);
-        sets.join(3, 4);
+        assert!(sets.join(5, 3) && sets.join(4, 1) && sets.join(3, 4));
+        assert!(!sets.join(1, 5));
         assert_eq!([0, 1, 2, 3, 4, 5].map(|i| sets.find(i)), [0, 1, 2, 1, 1, 1]);
-        assert_eq!(sets.sets(), [vec![0], vec![1, 3, 4, 5], vec![2]]);
+        let added = sets.add();
+        assert_eq!((added, sets.len()), (6, 7));
+        assert_eq!(sets.sets(), [vec![0], vec![1, 3, 4, 5], vec![2], vec![6]]);
     }
 }

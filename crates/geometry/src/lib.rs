@@ -16,7 +16,7 @@ mod predicates;
 mod random;
 
 pub use box_tree::BoxTree;
-pub use covariance::{Covariance3, symmetric_eigen_2, symmetric_eigen_3};
+pub use covariance::{Covariance3, least_squares_slopes, symmetric_eigen_2, symmetric_eigen_3};
 pub use crs::{Crs, CrsError};
 pub use disjoint_sets::DisjointSets;
 pub use frame::Frame;

@@ -5,7 +5,7 @@
 
 use gable_arrangement::Arrangement;
 use gable_lines::LineSegment;
-use gable_raster::Raster;
+use gable_raster::{Raster, square_cores};
 
 /// What is wrong over less than this in width is the straightness of walls, metres.
 const WIDE: f64 = 1.0;
@@ -23,8 +23,10 @@ pub(crate) fn missing_walls(
 ) -> Vec<LineSegment> {
     let window = mask.window();
     let faces = arrangement.face_raster(window.x0, window.y0, window.width, window.height, window.step);
-    let wrong = faces.iter().zip(mask.values()).map(|(&face, &inside)| roof[face as usize] != inside).collect();
-    let wide = middles(&Raster::new(window, wrong), (0.5 * WIDE / window.step) as usize);
+    let wrong: Vec<bool> =
+        faces.iter().zip(mask.values()).map(|(&face, &inside)| roof[face as usize] != inside).collect();
+    let wide = square_cores(&wrong, window.width, window.height, (0.5 * WIDE / window.step) as usize, false);
+    let wide = Raster::new(window, wide);
     let part = |s: LineSegment| {
         let across = s.vector().normalize_or_zero().perp();
         let count = (s.length() / window.step).ceil().max(1.0);
@@ -41,27 +43,6 @@ pub(crate) fn missing_walls(
         Some(LineSegment { a: place(first - more), b: place(last + 1.0 + more), ..s })
     };
     outline.into_iter().filter_map(part).collect()
-}
-
-/// The pixels around which all within `radius` rows and columns are set.
-pub(crate) fn middles(set: &Raster<bool>, radius: usize) -> Raster<bool> {
-    let window = set.window();
-    let (w, h) = (window.width, window.height);
-    let narrowed = |values: &[bool], count: usize, length: usize, index: &dyn Fn(usize, usize) -> usize| {
-        let mut out = vec![false; values.len()];
-        for line in 0..count {
-            let mut run = 0;
-            for i in 0..length {
-                run = if values[index(line, i)] { run + 1 } else { 0 };
-                if run > 2 * radius {
-                    out[index(line, i - radius)] = true;
-                }
-            }
-        }
-        out
-    };
-    let rows = narrowed(set.values(), h, w, &|y, x| y * w + x);
-    Raster::new(window, narrowed(&rows, w, h, &|x, y| y * w + x))
 }
 
 #[cfg(test)]
@@ -94,21 +75,6 @@ mod tests {
             assert_eq!(sides, expected.iter().map(|&side| Some(side)).collect::<Vec<_>>(), "{east}");
             // Of the other sides only what lies beyond the faces.
             assert!(missing.iter().all(|m| m.a.x.min(m.b.x) > 7.0), "{missing:?}");
-        }
-    }
-
-    #[test]
-    fn a_place_is_as_wide_as_it_is_in_both_directions() {
-        let window = GridWindow { step: 0.2, x0: 0, y0: 0, width: 12, height: 9 };
-        let block = |w: usize, h: usize| {
-            Raster::new(
-                window,
-                (0..window.len()).map(|p| p % 12 > 0 && p % 12 <= w && p / 12 > 0 && p / 12 <= h).collect(),
-            )
-        };
-        for (w, h, expected) in [(5, 5, 1), (4, 8, 0), (8, 4, 0), (7, 6, 6)] {
-            let found = middles(&block(w, h), 2).values().iter().filter(|&&v| v).count();
-            assert_eq!(found, expected, "{w} × {h}");
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use crate::surface::NONE;
 use gable_geometry::{DisjointSets, Plane};
-use gable_raster::Raster;
+use gable_raster::{Connectivity, Raster, components_where, sides};
 use std::collections::BTreeMap;
 
 /// What counts as a superstructure.
@@ -52,7 +52,7 @@ impl std::ops::AddAssign for Border {
 /// One connected set of pixels of one plane.
 struct Part {
     label: u16,
-    pixels: Vec<u32>,
+    pixels: Vec<usize>,
     /// Pixel edges at the outline.
     outer: usize,
     /// Borders by neighbouring part.
@@ -101,7 +101,7 @@ pub(crate) fn remove(surface: &mut Raster<u16>, planes: &[Plane], limits: Limits
             changed = true;
             for &m in &c.members {
                 busy[m] = true;
-                parts[m].pixels.iter().for_each(|&p| surface.values_mut()[p as usize] = parts[heir].label);
+                parts[m].pixels.iter().for_each(|&p| surface.values_mut()[p] = parts[heir].label);
             }
         }
         if !changed {
@@ -169,40 +169,21 @@ fn parts(surface: &Raster<u16>, planes: &[Plane], step: f64) -> Vec<Part> {
     let window = surface.window();
     let (w, h) = (window.width, window.height);
     let labels = surface.values();
-    let mut owner = vec![usize::MAX; w * h];
-    let mut parts: Vec<Part> = Vec::new();
-    let around = |p: usize| {
-        let (x, y) = (p % w, p / w);
-        [(x > 0).then(|| p - 1), (x + 1 < w).then(|| p + 1), (y > 0).then(|| p - w), (y + 1 < h).then(|| p + w)]
-    };
-    for start in 0..w * h {
-        if labels[start] == NONE || owner[start] != usize::MAX {
-            continue;
-        }
-        let mut part = Part { label: labels[start], pixels: vec![start as u32], outer: 0, inner: BTreeMap::new() };
-        owner[start] = parts.len();
-        let mut next = 0;
-        while let Some(&p) = part.pixels.get(next) {
-            next += 1;
-            for q in around(p as usize).into_iter().flatten() {
-                if labels[q] == part.label && owner[q] == usize::MAX {
-                    owner[q] = parts.len();
-                    part.pixels.push(q as u32);
-                }
-            }
-        }
-        parts.push(part);
-    }
+    let same = |p: usize, q: usize| labels[p] == labels[q];
+    let found = components_where(window, Connectivity::Four, |p| labels[p] != NONE, same);
+    let owner = |p: usize| found.numbers.values()[p] as usize - 1;
+    let part = |pixels: Vec<usize>| Part { label: labels[pixels[0]], pixels, outer: 0, inner: BTreeMap::new() };
+    let mut parts: Vec<Part> = found.members().into_iter().map(part).collect();
     for p in (0..w * h).filter(|&p| labels[p] != NONE) {
         let at = window.centre(p % w, p / w);
-        for q in around(p) {
-            let part = &mut parts[owner[p]];
+        for q in sides(p, w, h) {
+            let part = &mut parts[owner(p)];
             match q.filter(|&q| labels[q] != NONE) {
                 None => part.outer += 1,
-                Some(q) if owner[q] != owner[p] => {
+                Some(q) if owner(q) != owner(p) => {
                     let apart = planes[labels[p] as usize].height(at) - planes[labels[q] as usize].height(at);
                     let (steps, rise) = if apart.abs() >= step { (1, apart) } else { (0, 0.0) };
-                    *part.inner.entry(owner[q]).or_default() += Border { edges: 1, steps, rise };
+                    *part.inner.entry(owner(q)).or_default() += Border { edges: 1, steps, rise };
                 }
                 Some(_) => {}
             }

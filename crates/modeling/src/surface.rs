@@ -1,7 +1,7 @@
 //! Which roof plane each pixel of the mask belongs to: the detected inliers, completed to the whole mask.
 
 use gable_geometry::Plane;
-use gable_raster::Raster;
+use gable_raster::{Raster, sides};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -37,17 +37,13 @@ pub(crate) fn complete(
         ((f64::from(z) - planes[plane as usize].height(at)).abs() as f32).min(FAR)
     };
     let mut queue = BinaryHeap::new();
-    let neighbours = |p: usize| {
-        let (x, y) = (p % w, p / w);
-        [(x > 0).then(|| p - 1), (x + 1 < w).then(|| p + 1), (y > 0).then(|| p - w), (y + 1 < h).then(|| p + w)]
-    };
     let key = |r: f32| Reverse((r * 1000.0) as u32);
     for p in 0..w * h {
         let label = out.values()[p];
         if label == NONE {
             continue;
         }
-        for q in neighbours(p).into_iter().flatten() {
+        for q in sides(p, w, h).into_iter().flatten() {
             if mask.values()[q] && out.values()[q] == NONE {
                 queue.push((key(residual(q, label)), Reverse(q), Reverse(label)));
             }
@@ -58,7 +54,7 @@ pub(crate) fn complete(
             continue;
         }
         out.values_mut()[p] = label;
-        for q in neighbours(p).into_iter().flatten() {
+        for q in sides(p, w, h).into_iter().flatten() {
             if mask.values()[q] && out.values()[q] == NONE {
                 queue.push((key(residual(q, label)), Reverse(q), Reverse(label)));
             }

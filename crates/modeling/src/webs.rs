@@ -5,10 +5,9 @@
 //! falls by more than it is wide.
 
 use crate::input::BuildingInput;
-use crate::leaks::middles;
 use crate::surface::NONE;
 use gable_geometry::Plane;
-use gable_raster::Raster;
+use gable_raster::{Connectivity, Raster, components_where, sides, square_cores};
 
 /// How far below its plane a web lies, metres: more than any gutter, roof terrace or light well that is worth a plane.
 const BELOW: f32 = 2.5;
@@ -37,37 +36,14 @@ pub(crate) fn without(input: &BuildingInput, surface: &mut Raster<u16>, planes: 
     if !low.contains(&true) {
         return None;
     }
-    let around = |p: usize| {
-        let (x, y) = (p % w, p / w);
-        [(x > 0).then(|| p - 1), (x + 1 < w).then(|| p + 1), (y > 0).then(|| p - w), (y + 1 < h).then(|| p + w)]
-    };
-    let low = Raster::new(window, low);
-    let wide = middles(&low, ((0.5 * WIDE / window.step) as usize).max(1));
-    let low = low.values();
-    let mut seen = vec![false; w * h];
+    let wide = square_cores(&low, w, h, ((0.5 * WIDE / window.step) as usize).max(1), false);
+    let parts = components_where(window, Connectivity::Four, |p| low[p], |_, _| true);
+    let is_open = |beside: Option<usize>| beside.is_none_or(|q| labels[q] == NONE);
     let mut gone = Vec::new();
-    for start in (0..w * h).filter(|&p| low[p]) {
-        if seen[start] {
-            continue;
-        }
-        let mut part = vec![start];
-        seen[start] = true;
-        let (mut next, mut is_wide, mut open) = (0, false, false);
-        while let Some(&p) = part.get(next) {
-            next += 1;
-            is_wide |= wide.values()[p];
-            for q in around(p) {
-                match q {
-                    Some(q) if low[q] && !seen[q] => {
-                        seen[q] = true;
-                        part.push(q);
-                    }
-                    Some(q) => open |= labels[q] == NONE,
-                    None => open = true,
-                }
-            }
-        }
-        if open && is_wide && fall(&part, &input.height) >= FALL * (part.len() as f64).sqrt() * window.step {
+    for mut part in parts.members() {
+        let is_wide = part.iter().any(|&p| wide[p]);
+        let lies_open = || part.iter().any(|&p| sides(p, w, h).into_iter().any(is_open));
+        if is_wide && lies_open() && fall(&part, &input.height) >= FALL * (part.len() as f64).sqrt() * window.step {
             gone.append(&mut part);
         }
     }

@@ -1,6 +1,6 @@
 //! Removes spikes and pits: floating parts, cables, poles and holes that reconstruction noise leaves in a height map.
 
-use gable_raster::Raster;
+use gable_raster::{Connectivity, Raster, around, around_place, flood};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -53,7 +53,7 @@ pub fn despike(height: &Raster<f32>, params: &DespikeParams) -> Raster<f32> {
     if max_pixels == 0 {
         return out;
     }
-    let mut flood = Flood { seen: vec![0; height.values().len()], ..Flood::default() };
+    let mut flooded = Flood { seen: vec![0; height.values().len()], ..Flood::default() };
     for sign in [1.0, -1.0] {
         for y in 0..height.height() {
             for x in 0..height.width() {
@@ -65,9 +65,13 @@ pub fn despike(height: &Raster<f32>, params: &DespikeParams) -> Raster<f32> {
                 if is_far_from_low(height, x, y, sign, floor, max_pixels) {
                     continue;
                 }
-                let level = flood.surroundings(height, (x, y), sign, max_pixels);
+                let pixel = y * height.width() + x;
+                let level = flooded.surroundings(height, pixel, sign, max_pixels);
                 if level <= floor {
-                    flood.above(height, (x, y), sign, level + FOOT).iter().for_each(|&at| out[at] = f32::NAN);
+                    flooded
+                        .above(height, pixel, sign, level + FOOT)
+                        .iter()
+                        .for_each(|&at| out.values_mut()[at] = f32::NAN);
                 }
             }
         }
@@ -75,18 +79,10 @@ pub fn despike(height: &Raster<f32>, params: &DespikeParams) -> Raster<f32> {
     out
 }
 
-/// Pixels around one, without it.
-fn neighbours(raster: &Raster<f32>, x: usize, y: usize) -> impl Iterator<Item = (usize, usize)> {
-    let (width, height) = (raster.width(), raster.height());
-    (y.saturating_sub(1)..=(y + 1).min(height - 1))
-        .flat_map(move |ny| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |nx| (nx, ny)))
-        .filter(move |&at| at != (x, y))
-}
-
 fn is_peak(height: &Raster<f32>, x: usize, y: usize, sign: f32) -> bool {
     let h = sign * height[(x, y)];
-    neighbours(height, x, y).all(|at| {
-        let n = sign * height[at];
+    around_place(x, y, height.width(), height.height()).all(|at| {
+        let n = sign * height.values()[at];
         n.is_nan() || n <= h
     })
 }
@@ -100,9 +96,9 @@ fn is_far_from_low(height: &Raster<f32>, x: usize, y: usize, sign: f32, floor: f
     (y - r..=y + r).all(|ny| height.row(ny)[x - r..=x + r].iter().all(|&h| sign * h > floor))
 }
 
-/// A pixel that the flood can go to, ordered by height, then place.
+/// A pixel that the flood can go to, ordered by height, then number.
 #[derive(PartialEq)]
-struct Next(f32, (usize, usize));
+struct Next(f32, usize);
 
 impl Eq for Next {}
 
@@ -120,7 +116,7 @@ impl PartialOrd for Next {
 
 #[derive(Default)]
 struct Flood {
-    piece: Vec<(usize, usize)>,
+    piece: Vec<usize>,
     rim: BinaryHeap<Next>,
     seen: Vec<u32>,
     round: u32,
@@ -129,24 +125,24 @@ struct Flood {
 impl Flood {
     /// Floods from a pixel downward until more than `max_pixels` are held, and gives the level reached; −∞ if the piece
     /// ends before.
-    fn surroundings(&mut self, height: &Raster<f32>, from: (usize, usize), sign: f32, max_pixels: usize) -> f32 {
+    fn surroundings(&mut self, height: &Raster<f32>, from: usize, sign: f32, max_pixels: usize) -> f32 {
+        let values = height.values();
         self.round += 1;
-        self.piece.clear();
         self.rim.clear();
-        self.seen[from.1 * height.width() + from.0] = self.round;
-        self.rim.push(Next(sign * height[from], from));
+        self.seen[from] = self.round;
+        self.rim.push(Next(sign * values[from], from));
         let mut level = f32::INFINITY;
-        while let Some(Next(h, (x, y))) = self.rim.pop() {
+        let mut held = 0;
+        while let Some(Next(h, pixel)) = self.rim.pop() {
             level = level.min(h);
-            if self.piece.len() == max_pixels {
+            if held == max_pixels {
                 return level;
             }
-            self.piece.push((x, y));
-            for at in neighbours(height, x, y) {
-                let seen = &mut self.seen[at.1 * height.width() + at.0];
-                if *seen != self.round && !height[at].is_nan() {
-                    *seen = self.round;
-                    self.rim.push(Next(sign * height[at], at));
+            held += 1;
+            for at in around(pixel, height.width(), height.height()) {
+                if self.seen[at] != self.round && !values[at].is_nan() {
+                    self.seen[at] = self.round;
+                    self.rim.push(Next(sign * values[at], at));
                 }
             }
         }
@@ -154,22 +150,17 @@ impl Flood {
     }
 
     /// What hangs together with a pixel above a level.
-    fn above(&mut self, height: &Raster<f32>, from: (usize, usize), sign: f32, level: f32) -> &[(usize, usize)] {
+    fn above(&mut self, height: &Raster<f32>, from: usize, sign: f32, level: f32) -> &[usize] {
         self.round += 1;
-        self.piece.clear();
-        self.seen[from.1 * height.width() + from.0] = self.round;
-        self.piece.push(from);
-        let mut next = 0;
-        while let Some(&(x, y)) = self.piece.get(next) {
-            next += 1;
-            for at in neighbours(height, x, y) {
-                let seen = &mut self.seen[at.1 * height.width() + at.0];
-                if *seen != self.round && sign * height[at] > level {
-                    *seen = self.round;
-                    self.piece.push(at);
-                }
+        let (round, seen) = (self.round, &mut self.seen);
+        seen[from] = round;
+        flood(from, height.width(), height.height(), Connectivity::Eight, &mut self.piece, |at| {
+            let takes = seen[at] != round && sign * height.values()[at] > level;
+            if takes {
+                seen[at] = round;
             }
-        }
+            takes
+        });
         &self.piece
     }
 }

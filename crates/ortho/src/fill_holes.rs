@@ -1,6 +1,6 @@
 //! Closes small holes of a height map.
 
-use gable_raster::Raster;
+use gable_raster::{Connectivity, Raster, flood};
 
 /// Steps east and north of the sixteen directions in which a hole's rim is looked for.
 const DIRECTIONS: [(i64, i64); 16] = [
@@ -50,7 +50,8 @@ pub fn fill_holes(height: &Raster<f32>, max_area: f64) -> (Raster<f32>, Raster<b
         if !gather(height, start, &mut seen, &mut hole) || hole.len() > max_pixels {
             continue;
         }
-        for &(x, y) in &hole {
+        for &pixel in &hole {
+            let (x, y) = (pixel % window.width, pixel / window.width);
             if let Some(h) = interpolate(height, x, y, hole.len()) {
                 filled[(x, y)] = h;
                 changed[(x, y)] = true;
@@ -61,27 +62,14 @@ pub fn fill_holes(height: &Raster<f32>, max_area: f64) -> (Raster<f32>, Raster<b
 }
 
 /// The hole that a pixel lies in; whether it stays clear of the border.
-fn gather(height: &Raster<f32>, start: usize, seen: &mut [bool], hole: &mut Vec<(usize, usize)>) -> bool {
+fn gather(height: &Raster<f32>, start: usize, seen: &mut [bool], hole: &mut Vec<usize>) -> bool {
     let (width, rows) = (height.width(), height.height());
-    hole.clear();
-    hole.push((start % width, start / width));
     seen[start] = true;
-    let mut next = 0;
-    let mut inner = true;
-    while let Some(&(x, y)) = hole.get(next) {
-        next += 1;
-        if x == 0 || y == 0 || x + 1 == width || y + 1 == rows {
-            inner = false;
-        }
-        let around = [(x + 1, y), (x, y + 1), (x.wrapping_sub(1), y), (x, y.wrapping_sub(1))];
-        for (x, y) in around.into_iter().filter(|&(x, y)| x < width && y < rows) {
-            if !seen[y * width + x] && height[(x, y)].is_nan() {
-                seen[y * width + x] = true;
-                hole.push((x, y));
-            }
-        }
-    }
-    inner
+    flood(start, width, rows, Connectivity::Four, hole, |pixel| {
+        height.values()[pixel].is_nan() && !std::mem::replace(&mut seen[pixel], true)
+    });
+    let is_inner = |x: usize, y: usize| x > 0 && y > 0 && x + 1 < width && y + 1 < rows;
+    hole.iter().all(|pixel| is_inner(pixel % width, pixel / width))
 }
 
 fn interpolate(height: &Raster<f32>, x: usize, y: usize, reach: usize) -> Option<f32> {

@@ -2,6 +2,7 @@
 
 use crate::partition::Partition;
 use crate::roof_plane::UNASSIGNED;
+use gable_raster::square_cores;
 
 /// Drops planes with less than `min_area` m², steeper than `max_slope` (tangent), or thinner than `min_width`
 /// metres nearly everywhere: rounded borders and walls. Returns how many were dropped.
@@ -27,32 +28,11 @@ pub(crate) fn clean(partition: &mut Partition<'_>, min_area: f64, min_width: f64
 
 /// Pixels of each label whose square of `2·reach + 1` pixels has the same label throughout.
 fn core_counts(partition: &Partition<'_>, reach: usize) -> Vec<usize> {
-    let (w, h) = (partition.field.width, partition.field.height);
-    // Runs of equal labels to the west and the east, then of such rows to the south and the north.
-    let mut wide = vec![UNASSIGNED; w * h];
-    for j in 0..h {
-        let row = &partition.labels[j * w..][..w];
-        let mut start = 0;
-        for i in 0..=w {
-            if i == w || row[i] != row[start] {
-                for k in start + reach..i.saturating_sub(reach) {
-                    wide[j * w + k] = row[start];
-                }
-                start = i;
-            }
-        }
-    }
+    let (width, height) = (partition.field.width, partition.field.height);
     let mut counts = vec![0; partition.planes.len()];
-    for i in 0..w {
-        let mut start = 0;
-        for j in 0..=h {
-            if j == h || wide[j * w + i] != wide[start * w + i] {
-                let label = wide[start * w + i];
-                if label != UNASSIGNED {
-                    counts[label as usize] += (j - start).saturating_sub(2 * reach);
-                }
-                start = j;
-            }
+    for label in square_cores(&partition.labels, width, height, reach, UNASSIGNED) {
+        if label != UNASSIGNED {
+            counts[label as usize] += 1;
         }
     }
     counts

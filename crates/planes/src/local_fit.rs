@@ -1,5 +1,6 @@
 //! Least-squares planes in a small window around every pixel, chosen so that edges stay sharp.
 
+use gable_geometry::least_squares_slopes;
 use gable_raster::Raster;
 
 /// The surface as one pixel sees it.
@@ -136,8 +137,7 @@ impl Field {
         // A ridge of a hundredth of a pixel² keeps windows whose pixels lie on a line solvable.
         let (cxx, cyy, cxy) = (xx / n - mx * mx + 0.01, yy / n - my * my + 0.01, yx / n - mx * my);
         let (cxz, cyz, czz) = (xz / n - mx * mz, yz / n - my * mz, zz / n - mz * mz);
-        let det = cxx * cyy - cxy * cxy;
-        let (a, b) = ((cxz * cyy - cyz * cxy) / det, (cyz * cxx - cxz * cxy) / det);
+        let [a, b] = least_squares_slopes([cxx, cxy, cyy], [cxz, cyz]);
         let slope2 = (a * a + b * b) / (self.step * self.step);
         let residual = (czz - a * cxz - b * cyz).max(0.0) * n / (n - 3.0).max(1.0) / (1.0 + slope2);
         Patch {

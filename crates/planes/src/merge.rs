@@ -3,7 +3,7 @@
 use crate::divide::Evidence;
 use crate::partition::{Partition, residual_sum};
 use crate::roof_plane::UNASSIGNED;
-use gable_geometry::{Covariance3, DVec3, Plane};
+use gable_geometry::{Covariance3, DVec3, DisjointSets, Plane};
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
@@ -76,7 +76,7 @@ pub(crate) fn merge(partition: &mut Partition<'_>, evidence: &Evidence, pairs_le
                 *label = regions.root(*label);
             }
         }
-        let keep: Vec<bool> = (0..regions.into.len()).map(|k| regions.into[k] == k as u16).collect();
+        let keep: Vec<bool> = (0..regions.into.len()).map(|k| regions.into.find(k) == k).collect();
         partition.retain(&keep);
         partition.refit();
     }
@@ -92,8 +92,8 @@ struct Regions {
     versions: Vec<u32>,
     /// The regions that each one may merge with, and whether they touch. Some may be gone: [`Regions::root`] tells into which.
     around: Vec<Vec<(u16, bool)>>,
-    /// The region that each one went into; itself while it stays.
-    into: Vec<u16>,
+    /// The regions that went into one another; the one of the smallest number stays.
+    into: DisjointSets,
     pixel_area: f64,
 }
 
@@ -116,7 +116,7 @@ impl Regions {
             moments,
             versions: vec![0; count],
             around,
-            into: (0..count as u16).collect(),
+            into: DisjointSets::new(count),
             pixel_area: partition.field.step * partition.field.step,
         }
     }
@@ -136,7 +136,7 @@ impl Regions {
         (ratio < 1.0).then_some(Candidate { ratio, pair, versions })
     }
 
-    /// Lets the region `second` go into `first`, with all that it may merge with.
+    /// Lets the region `second` go into `first`, whose number is smaller, with all that it may merge with.
     fn join(&mut self, first: u16, second: u16) {
         let gone = self.moments[second as usize];
         self.moments[first as usize].merge(&gone);
@@ -144,7 +144,7 @@ impl Regions {
         for region in [first, second] {
             self.versions[region as usize] += 1;
         }
-        self.into[second as usize] = first;
+        self.into.join(first as usize, second as usize);
         let mut around = std::mem::take(&mut self.around[first as usize]);
         around.append(&mut self.around[second as usize]);
         around.iter_mut().for_each(|(other, _)| *other = self.root(*other));
@@ -154,13 +154,8 @@ impl Regions {
     }
 
     /// The region that holds what was `region`.
-    fn root(&mut self, mut region: u16) -> u16 {
-        while self.into[region as usize] != region {
-            let next = self.into[region as usize];
-            self.into[region as usize] = self.into[next as usize];
-            region = next;
-        }
-        region
+    fn root(&mut self, region: u16) -> u16 {
+        self.into.find(region as usize) as u16
     }
 }
 
@@ -314,7 +309,7 @@ mod tests {
         let mut regions = Regions::of(partition);
         let count = regions.moments.len() as u16;
         loop {
-            let stays: Vec<u16> = (0..count).filter(|&k| regions.into[k as usize] == k).collect();
+            let stays: Vec<u16> = (0..count).filter(|&k| regions.root(k) == k).collect();
             let touching: BTreeSet<(u16, u16)> = touching(partition)
                 .into_iter()
                 .map(|(a, b)| (regions.root(a), regions.root(b)))

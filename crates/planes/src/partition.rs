@@ -3,6 +3,7 @@
 use crate::local_fit::Field;
 use crate::roof_plane::UNASSIGNED;
 use gable_geometry::{Covariance3, DVec3, dvec3};
+use gable_raster::around_inner;
 
 /// Coefficients a, b, c of z = a·x + b·y + c in the field's coordinates.
 pub(crate) type Coefficients = [f64; 3];
@@ -81,7 +82,7 @@ impl<'a> Partition<'a> {
                 if label != self.labels[pixel] {
                     self.labels[pixel] = label;
                     changed += 1;
-                    neighbours(pixel, w).into_iter().for_each(queue);
+                    around_inner(pixel, w).into_iter().for_each(queue);
                 }
             }
             if round % 2 == 1 || round + 1 == rounds {
@@ -107,7 +108,7 @@ impl<'a> Partition<'a> {
             return None;
         }
         let own = self.labels[pixel];
-        let around = neighbours(pixel, w).map(|q| self.labels[q]);
+        let around = around_inner(pixel, w).map(|q| self.labels[q]);
         if around.iter().all(|&l| l == own) {
             let limit = self.cut2 + 8.0 * self.smoothness;
             if own == UNASSIGNED || self.field.misfit(pixel, self.planes[own as usize]) <= limit {
@@ -164,11 +165,6 @@ impl<'a> Partition<'a> {
             }
         }
     }
-}
-
-/// The eight neighbours of a pixel that is not at the border of the raster, those across edges first.
-fn neighbours(p: usize, w: usize) -> [usize; 8] {
-    [p - 1, p + 1, p - w, p + w, p - w - 1, p - w + 1, p + w - 1, p + w + 1]
 }
 
 /// Whether a pixel and the four at `reach` pixels from it have the same label: not at a border, where

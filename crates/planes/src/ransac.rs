@@ -5,7 +5,7 @@ use crate::partition::{Partition, residual_sum};
 use crate::roof_plane::{Planes, UNASSIGNED};
 use crate::{grow, roof_directions::RoofDirection};
 use gable_geometry::{Counter, Covariance3, DVec3, dvec3};
-use gable_raster::Raster;
+use gable_raster::{Connectivity, Raster, flood};
 
 /// Parameters of [`detect`]. Zhu 2018 gives none of them; these are common ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub fn detect(height: &Raster<f32>, mask: &Raster<bool>, directions: &[RoofDirec
         }
         candidates.sort_by_key(|c| std::cmp::Reverse(c.0));
         candidates.truncate(8);
-        let mut best: Vec<u32> = Vec::new();
+        let mut best: Vec<usize> = Vec::new();
         let mut plane = [0.0; 3];
         for &(_, candidate) in &candidates {
             let part = largest_part(&partition, candidate, params);
@@ -82,9 +82,9 @@ pub fn detect(height: &Raster<f32>, mask: &Raster<bool>, directions: &[RoofDirec
         let label = partition.planes.len() as u16;
         let mut moments = Covariance3::default();
         for &p in &best {
-            partition.labels[p as usize] = label;
-            let (x, y) = field.position(p as usize);
-            moments.add(dvec3(x, y, f64::from(field.z[p as usize])), 1.0);
+            partition.labels[p] = label;
+            let (x, y) = field.position(p);
+            moments.add(dvec3(x, y, f64::from(field.z[p])), 1.0);
         }
         partition.planes.push(fitted(plane, &moments, all_directions.is_empty()));
         free.retain(|&p| partition.labels[p as usize] == UNASSIGNED);
@@ -155,35 +155,23 @@ impl Hypothesis {
 }
 
 /// The largest connected set (of four neighbours) of a plane's unassigned inliers.
-fn largest_part(partition: &Partition<'_>, plane: [f64; 3], params: &Params) -> Vec<u32> {
+fn largest_part(partition: &Partition<'_>, plane: [f64; 3], params: &Params) -> Vec<usize> {
     let field = partition.field;
-    let (w, n) = (field.width, field.z.len());
+    let n = field.z.len();
     let hypothesis = Hypothesis::new(plane, params);
     let mut open: Vec<bool> = (0..n)
         .map(|p| {
             partition.labels[p] == UNASSIGNED && !field.z[p].is_nan() && hypothesis.holds(field, p, field.position(p))
         })
         .collect();
-    let mut best = Vec::new();
+    let (mut best, mut part) = (Vec::new(), Vec::new());
     for seed in 0..n {
         if !std::mem::take(&mut open[seed]) {
             continue;
         }
-        let mut part = vec![seed as u32];
-        let mut next = 0;
-        while next < part.len() {
-            let p = part[next] as usize;
-            next += 1;
-            let column = p % w;
-            let sides = [(column > 0).then(|| p - 1), (column + 1 < w).then(|| p + 1), p.checked_sub(w), Some(p + w)];
-            for q in sides.into_iter().flatten().filter(|&q| q < n) {
-                if std::mem::take(&mut open[q]) {
-                    part.push(q as u32);
-                }
-            }
-        }
+        flood(seed, field.width, field.height, Connectivity::Four, &mut part, |pixel| std::mem::take(&mut open[pixel]));
         if part.len() > best.len() {
-            best = part;
+            std::mem::swap(&mut part, &mut best);
         }
     }
     best

@@ -4,6 +4,7 @@ use crate::local_fit::Field;
 use crate::partition::{Coefficients, Partition};
 use crate::roof_plane::UNASSIGNED;
 use gable_geometry::{Covariance3, dvec3};
+use gable_raster::sides;
 
 /// Thresholds of region growing.
 pub(crate) struct Limits {
@@ -62,14 +63,7 @@ pub(crate) fn grow(partition: &mut Partition<'_>, limits: &Limits) -> usize {
                     plane = [q.a, q.b, q.c];
                 }
             }
-            let (i, j) = (p % w, p / w);
-            let neighbours = [
-                (i > 0).then(|| p - 1),
-                (i + 1 < w).then(|| p + 1),
-                (j > 0).then(|| p - w),
-                (j + 1 < h).then(|| p + w),
-            ];
-            for q in neighbours.into_iter().flatten() {
+            for q in sides(p, w, h).into_iter().flatten() {
                 if partition.labels[q] == UNASSIGNED && !field.z[q].is_nan() && fits(field, q, plane, limits) {
                     partition.labels[q] = label;
                     region.push(q as u32);

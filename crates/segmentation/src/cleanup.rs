@@ -1,11 +1,9 @@
 //! Cleaning of the building label: opening and closing, holes, and regions that cannot be buildings.
 
-use gable_raster::Raster;
+use gable_raster::{Component, Components, Connectivity, Raster, close, components, open};
 
-use crate::components::components;
-use crate::morphology::{close, open};
+use crate::Label;
 use crate::stumps::Plants;
-use crate::{Component, Label};
 
 /// What is cleaned, all in metres and square metres. Zero switches a step off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +102,8 @@ fn without_building(above: f32, plants: &Plants, i: usize) -> u8 {
 // Small tree regions whose border is mostly building become building.
 fn absorb_roof_trees(labels: &mut Raster<u8>, pixels: f64) {
     let (width, height) = (labels.width(), labels.height());
-    let (numbers, regions) = components(labels, &(Label::Tree as u8));
+    let Components { numbers, list: regions } =
+        components(labels, Connectivity::Four, |label| *label == Label::Tree as u8);
     for region in regions.iter().filter(|r| r.pixels as f64 <= pixels && !r.touches_border(width, height)) {
         let (mut building, mut all) = (0, 0);
         for_border(&numbers, region, |i| {
@@ -122,8 +121,8 @@ fn fill_holes(labels: &mut Raster<u8>, pixels: f64) {
         return;
     }
     let (width, height) = (labels.width(), labels.height());
-    let open = labels.map(|l| *l != Label::Building as u8);
-    let (numbers, regions) = components(&open, &true);
+    let Components { numbers, list: regions } =
+        components(labels, Connectivity::Four, |label| *label != Label::Building as u8);
     for region in regions.iter().filter(|r| r.pixels as f64 <= pixels && !r.touches_border(width, height)) {
         relabel(labels, &numbers, region, |_| Label::Building as u8);
     }
@@ -132,7 +131,8 @@ fn fill_holes(labels: &mut Raster<u8>, pixels: f64) {
 fn drop_regions(labels: &mut Raster<u8>, above: &Raster<f32>, plants: &Plants, params: &CleanupParams) {
     let (width, height) = (labels.width(), labels.height());
     let least = params.building_area / labels.window().step.powi(2);
-    let (numbers, regions) = components(labels, &(Label::Building as u8));
+    let Components { numbers, list: regions } =
+        components(labels, Connectivity::Four, |label| *label == Label::Building as u8);
     let mut heights = Vec::new();
     for region in regions.iter().filter(|r| !r.touches_border(width, height)) {
         heights.clear();

@@ -2,14 +2,12 @@
 
 use std::f64::consts::PI;
 
-use gable_raster::Raster;
+use gable_raster::{Raster, box_mean, box_min, fill_missing, plane_residual};
 use serde::{Deserialize, Serialize};
 
 use crate::colour::colour_features;
 use crate::entropy::local_entropy;
-use crate::fill::fill_missing;
 use crate::gaussian_derivatives::SecondDerivatives;
-use crate::roughness::{box_mean, box_min, plane_residual};
 use crate::{Error, Orthograph};
 
 /// Pixel for which the paper gives its scales and windows, metres.

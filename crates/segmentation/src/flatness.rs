@@ -3,10 +3,9 @@
 //! Colour alone takes a sedum roof or green sheet metal for a tree, however large and level it is. No crown is a plane
 //! over many metres, whatever its colour.
 
-use gable_raster::Raster;
+use gable_raster::{Raster, box_mean, box_min, plane_residual};
 
 use crate::patches::patch_areas;
-use crate::roughness::{box_mean, box_min, plane_residual};
 
 /// One scale on which flatness is looked for.
 struct Scale {

@@ -6,6 +6,7 @@
 //! for the whole city, where it is known what is ground.
 
 use gable_geometry::dvec2;
+use gable_raster::WindowSums;
 
 use crate::coarse_heights::CoarseHeights;
 use crate::terrain::Terrain;
@@ -70,8 +71,6 @@ pub(crate) struct Fit {
 
 /// `None` if a sample is missing.
 pub(crate) fn fit(samples: &[f32; 16]) -> Option<Fit> {
-    // Σ x² over a square of four by four samples around its middle.
-    const SPREAD: f64 = 20.0;
     let mean = samples.iter().map(|z| f64::from(*z)).sum::<f64>() / 16.0;
     if mean.is_nan() {
         return None;
@@ -81,8 +80,9 @@ pub(crate) fn fit(samples: &[f32; 16]) -> Option<Fit> {
         let (x, y, z) = ((k % 4) as f64 - 1.5, (k / 4) as f64 - 1.5, f64::from(*z) - mean);
         (xz, yz, zz) = (xz + x * z, yz + y * z, zz + z * z);
     }
-    let rise = xz * xz + yz * yz;
-    Some(Fit { mean, slope: rise.sqrt() / SPREAD, residual: ((zz - rise / SPREAD).max(0.0) / 13.0).sqrt() })
+    let sums = WindowSums { side: 4.0, z: 0.0, zz, xz, yz };
+    let [east, north] = sums.slope();
+    Some(Fit { mean, slope: (east * east + north * north).sqrt(), residual: (sums.squares() / 13.0).sqrt() })
 }
 
 #[cfg(test)]

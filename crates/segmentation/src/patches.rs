@@ -1,8 +1,7 @@
 //! Planar patches of what stands high: region growing on the height map.
 
-use gable_raster::Raster;
-
-use crate::roughness::{PlaneFit, plane_fit};
+use gable_geometry::{Covariance3, Plane, dvec3};
+use gable_raster::{Raster, WindowPlane, sides, window_planes};
 
 /// Side of the window that gives a pixel its plane, metres.
 const WINDOW: f64 = 1.0;
@@ -37,7 +36,7 @@ const DENSE_AREA: f64 = 6.0;
 pub(crate) fn patch_areas(heights: &Raster<f32>, grows: &[bool], borders: &[f32], noise: f64) -> Vec<f32> {
     let (width, step) = (heights.width(), heights.window().step);
     let radius = ((WINDOW / step - 1.0) / 2.0).round().max(1.0) as usize;
-    let fits = plane_fit(heights.values(), width, heights.height(), radius, |fit| fit);
+    let fits = window_planes(heights.values(), width, heights.height(), radius, |fit| fit);
     let mut free = grows.to_vec();
     let mut areas = vec![0.0; free.len()];
     let all = || (0..grows.len()).filter(|&p| grows[p]);
@@ -65,8 +64,8 @@ fn facets(pixels: impl Iterator<Item = usize>, borders: &[f32]) -> f64 {
 }
 
 /// The pixels of at most some residual, the flattest first, equal ones in their order; residuals are told apart by the millimetre.
-fn by_residual(fits: &[PlaneFit], most: f32) -> Vec<usize> {
-    let key = |fit: &PlaneFit| (fit.residual * 1000.0) as usize;
+fn by_residual(fits: &[WindowPlane], most: f32) -> Vec<usize> {
+    let key = |fit: &WindowPlane| (fit.residual * 1000.0) as usize;
     let keys = (most * 1000.0) as usize + 1;
     let mut begin = vec![0; keys + 1];
     let seeds = || fits.iter().enumerate().filter(|(_, fit)| fit.residual <= most);
@@ -84,18 +83,26 @@ fn by_residual(fits: &[PlaneFit], most: f32) -> Vec<usize> {
 }
 
 /// Takes the patch of a seed out of `free`.
-fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], noise: f64, free: &mut [bool], patch: &mut Vec<usize>) {
+fn grow(
+    seed: usize,
+    heights: &Raster<f32>,
+    fits: &[WindowPlane],
+    noise: f64,
+    free: &mut [bool],
+    patch: &mut Vec<usize>,
+) {
     let (width, rows, step) = (heights.width(), heights.height(), heights.window().step);
     let z = heights.values();
     // Metres from the seed, east, north and up: small numbers, so that sums of squares keep their digits.
     let from_seed = |p: usize| {
         let (column, row) = ((p % width) as f64 - (seed % width) as f64, (p / width) as f64 - (seed / width) as f64);
-        [column * step, row * step, f64::from(z[p]) - f64::from(z[seed])]
+        dvec3(column * step, row * step, f64::from(z[p]) - f64::from(z[seed]))
     };
     let slope = |p: usize| fits[p].slope.map(|s| f64::from(s) / step);
     let distance = DISTANCE * noise;
-    let mut plane = (slope(seed), 0.0);
-    let mut sums = Sums::default();
+    let [east, north] = slope(seed);
+    let mut plane = Plane { a: east, b: north, c: 0.0 };
+    let mut moments = Covariance3::default();
     patch.clear();
     patch.push(seed);
     free[seed] = false;
@@ -103,61 +110,23 @@ fn grow(seed: usize, heights: &Raster<f32>, fits: &[PlaneFit], noise: f64, free:
     while head < patch.len() {
         let p = patch[head];
         head += 1;
-        sums.add(from_seed(p));
+        moments.add(from_seed(p), 1.0);
         if head == next_fit {
             next_fit *= 2;
-            plane = sums.plane().unwrap_or(plane);
+            plane = moments.undamped_height_plane().unwrap_or(plane);
         }
-        let ([a, b], c) = plane;
+        let Plane { a, b, c } = plane;
         let turn = (SLOPE * noise).powi(2) * (1.0 + a * a + b * b);
-        let (column, row) = (p % width, p / width);
-        let neighbours = [
-            (column + 1 < width).then(|| p + 1),
-            (column > 0).then(|| p - 1),
-            (row + 1 < rows).then(|| p + width),
-            (row > 0).then(|| p - width),
-        ];
-        for q in neighbours.into_iter().flatten() {
-            let ([x, y, z], [u, v]) = (from_seed(q), slope(q));
-            let (near, alike) = ((z - c - a * x - b * y).abs() <= distance, (u - a).powi(2) + (v - b).powi(2) <= turn);
+        let [west, east, south, north] = sides(p, width, rows);
+        for q in [east, west, north, south].into_iter().flatten() {
+            let (at, [u, v]) = (from_seed(q), slope(q));
+            let near = (at.z - c - a * at.x - b * at.y).abs() <= distance;
+            let alike = (u - a).powi(2) + (v - b).powi(2) <= turn;
             if free[q] && near && alike {
                 free[q] = false;
                 patch.push(q);
             }
         }
-    }
-}
-
-/// Sums of a least-squares plane z = ax + by + c.
-#[derive(Default)]
-struct Sums {
-    n: f64,
-    first: [f64; 3],
-    /// xx, xy, yy, xz, yz.
-    second: [f64; 5],
-}
-
-impl Sums {
-    fn add(&mut self, [x, y, z]: [f64; 3]) {
-        self.n += 1.0;
-        for (sum, v) in self.first.iter_mut().zip([x, y, z]) {
-            *sum += v;
-        }
-        for (sum, v) in self.second.iter_mut().zip([x * x, x * y, y * y, x * z, y * z]) {
-            *sum += v;
-        }
-    }
-
-    /// Slopes and height at the origin; `None` if all points lie on a line.
-    fn plane(&self) -> Option<([f64; 2], f64)> {
-        let [x, y, z] = self.first.map(|s| s / self.n);
-        let [xx, xy, yy, xz, yz] = self.second.map(|s| s / self.n);
-        let (xx, xy, yy, xz, yz) = (xx - x * x, xy - x * y, yy - y * y, xz - x * z, yz - y * z);
-        let determinant = xx * yy - xy * xy;
-        (determinant > 1e-9).then(|| {
-            let (a, b) = ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant);
-            ([a, b], z - a * x - b * y)
-        })
     }
 }
 

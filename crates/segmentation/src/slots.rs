@@ -4,9 +4,7 @@
 //! ragged surface somewhere between eaves and ground. Taken by its height, that is a low roof that ties two buildings
 //! together.
 
-use gable_raster::Raster;
-
-use crate::roughness::box_min;
+use gable_raster::{Raster, box_max, box_min};
 
 /// Widest gap that is looked for, metres.
 const WIDTH: f64 = 1.8;
@@ -22,9 +20,7 @@ const DEPTH_SHARE: f32 = 0.33;
 pub(crate) fn slots(heights: &Raster<f32>, above: &[f32]) -> Vec<bool> {
     let (w, h) = (heights.width(), heights.height());
     let radius = ((WIDTH / heights.window().step - 1.0) / 2.0).round().max(1.0) as usize;
-    let negated = |values: &[f32]| values.iter().map(|z| -z).collect::<Vec<f32>>();
-    let highest = negated(&box_min(&negated(heights.values()), w, h, radius));
-    let closed = box_min(&highest, w, h, radius);
+    let closed = box_min(&box_max(heights.values(), w, h, radius), w, h, radius);
     let each = closed.iter().zip(heights.values()).zip(above);
     each.map(|((closed, z), above)| {
         let depth = closed - z;

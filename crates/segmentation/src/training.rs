@@ -1,11 +1,10 @@
 //! Training of the plant classifiers from labelled rasters.
 
 use gable_geometry::Counter;
-use gable_raster::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster, box_mean};
 
 use crate::boosting::{Boosting, Samples, boost, calibrate};
 use crate::features::{FeatureSet, for_each_feature};
-use crate::roughness::box_mean;
 use crate::stumps::{Classifier, Model, Stump};
 use crate::{Error, Label, Orthograph};
 

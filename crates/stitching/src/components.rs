@@ -1,6 +1,6 @@
 //! Connected components of one tile, and what has to be known of them at its borders.
 
-use gable_raster::{GridWindow, Raster};
+use gable_raster::{BorderTraces, Connectivity, GridWindow, Raster, components};
 use serde::{Deserialize, Serialize};
 
 /// A 4-connected component on one tile.
@@ -41,55 +41,18 @@ impl TileComponents {
     #[must_use]
     pub fn of<T>(raster: &Raster<T>, belongs: impl Fn(&T) -> bool) -> (Self, Raster<u32>) {
         let window = raster.window();
-        let (w, h) = (window.width, window.height);
-        let mut marks = vec![0u32; w * h];
-        let mut components = Vec::new();
-        let mut stack = Vec::new();
-        for start in 0..w * h {
-            if marks[start] != 0 || !belongs(&raster.values()[start]) {
-                continue;
+        let found = components(raster, Connectivity::Four, belongs);
+        let none =
+            Component { pixels: 0, sum_x: 0, sum_y: 0, columns: [i64::MAX, i64::MIN], rows: [i64::MAX, i64::MIN] };
+        let mut own = vec![none; found.list.len()];
+        for row in 0..window.height {
+            for (column, number) in found.numbers.row(row).iter().enumerate().filter(|(_, number)| **number != 0) {
+                own[*number as usize - 1].add(window.x0 + column as i64, window.y0 + row as i64);
             }
-            let mark = components.len() as u32 + 1;
-            let mut c =
-                Component { pixels: 0, sum_x: 0, sum_y: 0, columns: [i64::MAX, i64::MIN], rows: [i64::MAX, i64::MIN] };
-            marks[start] = mark;
-            stack.push(start);
-            while let Some(p) = stack.pop() {
-                let (x, y) = (p % w, p / w);
-                c.add(window.x0 + x as i64, window.y0 + y as i64);
-                let mut visit = |q: usize| {
-                    if marks[q] == 0 && belongs(&raster.values()[q]) {
-                        marks[q] = mark;
-                        stack.push(q);
-                    }
-                };
-                if x > 0 {
-                    visit(p - 1);
-                }
-                if x + 1 < w {
-                    visit(p + 1);
-                }
-                if y > 0 {
-                    visit(p - w);
-                }
-                if y + 1 < h {
-                    visit(p + w);
-                }
-            }
-            components.push(c);
         }
-        let column = |x: usize| (0..h).map(|y| marks[y * w + x]).collect::<Vec<_>>();
-        let row = |y: usize| marks[y * w..(y + 1) * w].to_vec();
-        let empty = window.is_empty();
-        let tile = Self {
-            corner: [window.x0, window.y0],
-            south: if empty { Vec::new() } else { row(0) },
-            north: if empty { Vec::new() } else { row(h - 1) },
-            west: if empty { Vec::new() } else { column(0) },
-            east: if empty { Vec::new() } else { column(w - 1) },
-            components,
-        };
-        (tile, Raster::new(window, marks))
+        let BorderTraces { south, north, west, east } = found.border_traces();
+        let corner = [window.x0, window.y0];
+        (Self { corner, components: own, south, north, west, east }, found.numbers)
     }
 
     /// Columns of the tile.

@@ -6,7 +6,7 @@ use super::{Code, Tolerances};
 use crate::projection::AxisProjection;
 use crate::shell::ring_vector_area;
 use crate::triangulate::triangulate_rings;
-use gable_geometry::{Covariance3, DVec2, DVec3, ring_area, ring_contains};
+use gable_geometry::{Covariance3, DVec2, DVec3, DisjointSets, ring_area, ring_contains};
 
 type Defect = (Code, String);
 
@@ -182,26 +182,15 @@ fn connected(rings: usize, touches: &[(usize, usize, DVec2)]) -> Result<(), Defe
     }
     links.sort_unstable();
     links.dedup();
-    let mut parent: Vec<usize> = (0..rings + places.len()).collect();
+    let mut sets = DisjointSets::new(rings + places.len());
     for (ring, node) in links {
-        let (a, b) = (root(&mut parent, ring), root(&mut parent, node));
-        if a == b {
+        if !sets.join(ring, node) {
             let p = places[node - rings];
             let message = format!("rings that touch at ({:.4}, {:.4}) in the plane cut the interior", p.x, p.y);
             return Err((Code::InteriorDisconnected, message));
         }
-        parent[a] = b;
     }
     Ok(())
-}
-
-/// Root of a union-find tree, halving the path to it.
-pub(super) fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }
 
 /// 204: the triangles must lie in the polygon's plane. Triangles lower than the snap tolerance are passed over, their

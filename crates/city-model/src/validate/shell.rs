@@ -1,9 +1,9 @@
 //! Shells whose polygons are valid: 301–307.
 
-use super::polygon::root;
 use super::snap::Snapped;
 use super::{Code, Issue, Tolerances, polygons, triangles};
 use crate::Shell;
+use gable_geometry::DisjointSets;
 use std::collections::BTreeMap;
 
 /// Checks the faces (101–208) and, if they are all valid, that they make a closed 2-manifold, oriented alike and free
@@ -96,12 +96,11 @@ fn connectivity(
     sides: &BTreeMap<(u32, u32), Vec<Side>>,
     triangles: &[(usize, [u32; 3])],
 ) -> Vec<Issue> {
-    let mut parent: Vec<usize> = (0..snapped.faces.len()).collect();
+    let mut sets = DisjointSets::new(snapped.faces.len());
     for uses in sides.values() {
-        let (a, b) = (root(&mut parent, uses[0].1), root(&mut parent, uses[1].1));
-        parent[a] = b;
+        sets.join(uses[0].1, uses[1].1);
     }
-    let components = (0..parent.len()).filter(|&f| parent[f] == f).count();
+    let components = sets.sets().len();
     if components > 1 {
         let message = format!("the shell has {components} parts that no edge connects");
         return vec![Issue::new(Code::MultipleComponents, None, message)];

@@ -3,6 +3,7 @@
 use super::gradient::Gradient;
 use super::rectangle::Rectangle;
 use gable_geometry::{DVec2, symmetric_eigen_2};
+use gable_raster::around;
 
 /// A grown region; its memory is used again from seed to seed.
 #[derive(Default)]
@@ -30,21 +31,18 @@ impl Region {
         while next < self.places.len() {
             let at = self.places[next] as usize;
             next += 1;
-            let (x, y) = (at % gradient.width, at / gradient.width);
-            for ny in y.saturating_sub(1)..=(y + 1).min(gradient.height - 1) {
-                for nx in x.saturating_sub(1)..=(x + 1).min(gradient.width - 1) {
-                    let near = (ny * gradient.width + nx) as u32;
-                    if gradient.is_used(near) {
-                        continue;
-                    }
-                    let level = gradient.level(near);
-                    // A place without gradient has direction zero.
-                    if level.dot(mean) >= cosine && level != DVec2::ZERO {
-                        gradient.set_used(near, true);
-                        self.places.push(near);
-                        self.sum += level;
-                        mean = self.sum.normalize_or_zero();
-                    }
+            for near in around(at, gradient.width, gradient.height) {
+                let near = near as u32;
+                if gradient.is_used(near) {
+                    continue;
+                }
+                let level = gradient.level(near);
+                // A place without gradient has direction zero.
+                if level.dot(mean) >= cosine && level != DVec2::ZERO {
+                    gradient.set_used(near, true);
+                    self.places.push(near);
+                    self.sum += level;
+                    mean = self.sum.normalize_or_zero();
                 }
             }
         }

@@ -1,11 +1,10 @@
 //! The sums of evidence on the regions of one patch.
 
-use gable_raster::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster, erode};
 
 use super::{Evidence, FULL, RegionParams};
 use crate::Label;
 use crate::methods::Segmentation;
-use crate::morphology::erode;
 
 /// How far from the border, inwards and outwards, heights are compared to measure a drop, metres: walls of a mesh are rounded.
 const WALL_REACH: f64 = 0.8;

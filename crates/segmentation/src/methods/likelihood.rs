@@ -15,13 +15,12 @@ use crate::cleanup::{CleanupParams, clean_buildings};
 use crate::energy::{NO_DATA, Smoothness, least_energy};
 use crate::evidence::RegionParams;
 use crate::features::FeatureSet;
-use crate::fill::fill_missing;
 use crate::flatness::flat_and_high;
 use crate::slots::slots;
 use crate::stumps::Plants;
 use crate::{Error, Orthograph};
 use gable_parameters::{Declaration, Parameters as _, Settings, parameters, within};
-use gable_raster::Raster;
+use gable_raster::{Raster, fill_missing};
 
 /// The default method.
 #[derive(Debug)]

@@ -2,8 +2,7 @@
 //! below it.
 
 use super::cells::{Cells, Side};
-use crate::fill::fill_missing;
-use crate::roughness::{box_mean, box_min};
+use gable_raster::{box_max, box_mean, box_min, fill_missing};
 
 /// Half the side of the window that a bump does not fill, metres: what is narrower than the window is looked at.
 const NARROW: f64 = 4.0;
@@ -71,6 +70,6 @@ fn cells_in(metres: f64, cells: &Cells) -> usize {
 fn opening(values: &[f32], width: usize, height: usize, radius: usize) -> Vec<f32> {
     let or_infinite = |value: f32| if value.is_nan() { f32::INFINITY } else { value };
     let lowest = box_min(&values.iter().map(|v| or_infinite(*v)).collect::<Vec<_>>(), width, height, radius);
-    let negative = lowest.into_iter().map(|v| if v == f32::INFINITY { v } else { -v }).collect::<Vec<_>>();
-    box_min(&negative, width, height, radius).into_iter().map(|v| -v).collect()
+    let or_lowest = |value: f32| if value == f32::INFINITY { f32::NEG_INFINITY } else { value };
+    box_max(&lowest.into_iter().map(or_lowest).collect::<Vec<_>>(), width, height, radius)
 }

@@ -1,11 +1,11 @@
 //! What is known of each coarse cell: its heights, its roughness, and the steep rise from it to the next.
 
-use gable_raster::GridWindow;
+use gable_raster::{
+    Connectivity, GridWindow, around, box_mean, box_min, components_where, fill_missing, plane_residual, sides,
+};
 
 use crate::coarse_heights::{CoarseHeights, SIDE};
-use crate::fill::fill_missing;
 use crate::noise::fit;
-use crate::roughness::{box_mean, box_min, plane_residual};
 
 /// Slope from which a difference of two neighbouring samples is a wall and not ground (rise over run): banks, ramps and hillsides
 /// stay below, walls, battered ones too, are above.
@@ -90,14 +90,12 @@ impl Cells {
 
     /// Whether a cell beside cell `i` lies in the window and is seen: its index, with the steep rise to it.
     pub(super) fn beside(&self, i: usize, side: Side) -> Option<(usize, f32)> {
-        let (width, height) = (self.window.width, self.window.height);
-        let (x, y) = (i % width, i / width);
+        let [west, east, south, north] = sides(i, self.window.width, self.window.height);
         let (j, rise) = match side {
-            Side::East if x + 1 < width => (i + 1, self.rise_east[i]),
-            Side::West if x > 0 => (i - 1, -self.rise_east[i - 1]),
-            Side::North if y + 1 < height => (i + width, self.rise_north[i]),
-            Side::South if y > 0 => (i - width, -self.rise_north[i - width]),
-            _ => return None,
+            Side::East => (east?, self.rise_east[i]),
+            Side::West => (west?, -self.rise_east[west?]),
+            Side::North => (north?, self.rise_north[i]),
+            Side::South => (south?, -self.rise_north[south?]),
         };
         self.seen[j].then_some((j, rise))
     }
@@ -105,33 +103,17 @@ impl Cells {
     /// The surfaces of cells that are `part`: cells side by side without a steep rise of `step` or more between them. Numbered in the
     /// order of their first cells; `None` for the others. O(cells).
     pub(super) fn surfaces(&self, part: &[bool], step: f32) -> Surfaces {
-        let mut number = vec![None; part.len()];
-        let mut sizes = Vec::new();
-        let mut open = Vec::new();
-        for start in 0..part.len() {
-            if !part[start] || number[start].is_some() {
-                continue;
-            }
-            let own = Some(sizes.len() as u32);
-            let mut size = 0;
-            number[start] = own;
-            open.push(start);
-            while let Some(i) = open.pop() {
-                size += 1;
-                for side in Side::ALL {
-                    if let Some((j, rise)) = self.beside(i, side)
-                        && part[j]
-                        && number[j].is_none()
-                        && rise.abs() < step
-                    {
-                        number[j] = own;
-                        open.push(j);
-                    }
-                }
-            }
-            sizes.push(size);
+        let width = self.window.width;
+        let is_level = |cell: usize, next: usize| {
+            let rise = if next - cell == width { self.rise_north[cell] } else { self.rise_east[cell] };
+            rise.abs() < step
+        };
+        let belongs = |cell: usize| part[cell] && self.seen[cell];
+        let found = components_where(self.window, Connectivity::Four, belongs, is_level);
+        Surfaces {
+            number: found.numbers.values().iter().map(|number| number.checked_sub(1)).collect(),
+            sizes: found.list.iter().map(|surface| surface.pixels).collect(),
         }
-        Surfaces { number, sizes }
     }
 
     /// Area of a number of cells, m².
@@ -248,19 +230,15 @@ fn unevenness(heights: &[f32], window: GridWindow) -> Vec<f32> {
 
 /// The median over each cell and the eight around it of what is no NaN; 0 where all are.
 fn median_around(values: &[f32], window: GridWindow) -> Vec<f32> {
-    let (width, height) = (window.width, window.height);
+    let mut near = Vec::with_capacity(9);
     let mut out = Vec::with_capacity(values.len());
-    let mut around = Vec::with_capacity(9);
-    for y in 0..height {
-        for x in 0..width {
-            around.clear();
-            for v in y.saturating_sub(1)..(y + 2).min(height) {
-                let row = &values[v * width..][x.saturating_sub(1)..(x + 2).min(width)];
-                around.extend(row.iter().copied().filter(|z| !z.is_nan()));
-            }
-            around.sort_by(f32::total_cmp);
-            out.push(around.get(around.len() / 2).copied().unwrap_or(0.0));
-        }
+    for cell in 0..values.len() {
+        near.clear();
+        near.push(values[cell]);
+        near.extend(around(cell, window.width, window.height).map(|other| values[other]));
+        near.retain(|value| !value.is_nan());
+        near.sort_by(f32::total_cmp);
+        out.push(near.get(near.len() / 2).copied().unwrap_or(0.0));
     }
     out
 }

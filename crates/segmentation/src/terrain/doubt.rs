@@ -7,8 +7,7 @@ use super::cells::Cells;
 use super::cut::wall_in_ground;
 use super::enclosure::STEP;
 use super::land::Land;
-use crate::distance::squared_distance;
-use crate::fill::fill_missing;
+use gable_raster::{fill_missing, squared_distance};
 
 /// How far one looks across an object, metres.
 const REACH: f64 = 60.0;

@@ -18,11 +18,10 @@
 //! of a least size, and one low place decides nothing but itself.
 
 use gable_geometry::DVec2;
-use gable_raster::{GridWindow, Raster};
+use gable_raster::{GridWindow, Raster, bilinear, fill_missing};
 
 use crate::Error;
 use crate::coarse_heights::CoarseHeights;
-use crate::fill::{bilinear, fill_missing};
 
 mod bridges;
 mod bumps;

@@ -6,7 +6,7 @@
 use super::cells::{Cells, Side};
 use super::enclosure::STEP;
 use super::land::Land;
-use crate::roughness::box_min;
+use gable_raster::{around, box_min, square};
 
 /// How far from the rim such faces are looked for, metres.
 const REACH: f64 = 8.0;
@@ -37,7 +37,7 @@ const BELOW_NEIGHBOUR: f32 = 1.0;
 pub(super) fn hanging(cells: &Cells, land: &Land) -> Vec<bool> {
     let step = cells.window.step;
     let rounds = (REACH / step).round().max(1.0) as usize;
-    let radius = (AROUND / step).round().max(1.0) as i64;
+    let radius = (AROUND / step).round().max(1.0) as usize;
     let lowest_level = lowest_level_around(cells);
     let mut hanging = vec![false; cells.seen.len()];
     // Cells beside what is not there or hangs, and whether they touch something that hangs.
@@ -45,7 +45,8 @@ pub(super) fn hanging(cells: &Cells, land: &Land) -> Vec<bool> {
     for _ in 0..rounds {
         let mut fallen = Vec::new();
         for &i in &front {
-            let below_hangs = neighbours(cells, i, 1).any(|j| hanging[j] && shares_side(cells, i, j));
+            let below_hangs =
+                around(i, cells.window.width, cells.window.height).any(|j| hanging[j] && shares_side(cells, i, j));
             if (is_deep(cells, i, radius, DEEP + land.slope(i) * AROUND as f32) && is_under(cells, i, lowest_level[i]))
                 || (below_hangs && is_steep(cells, i))
             {
@@ -60,7 +61,7 @@ pub(super) fn hanging(cells: &Cells, land: &Land) -> Vec<bool> {
         }
         let mut next = Vec::new();
         for &i in &fallen {
-            for j in neighbours(cells, i, 1) {
+            for j in around(i, cells.window.width, cells.window.height) {
                 if cells.seen[j] && !hanging[j] && shares_side(cells, i, j) {
                     next.push(j);
                 }
@@ -97,9 +98,11 @@ fn at_rim(cells: &Cells, i: usize) -> bool {
     Side::ALL.into_iter().any(|side| cells.beside(i, side).is_none())
 }
 
-fn is_deep(cells: &Cells, i: usize, radius: i64, deep: f32) -> bool {
-    let mut heights: Vec<f32> =
-        neighbours(cells, i, radius).filter(|&j| cells.seen[j]).map(|j| cells.middle[j]).collect();
+fn is_deep(cells: &Cells, i: usize, radius: usize, deep: f32) -> bool {
+    let mut heights: Vec<f32> = square(i, cells.window.width, cells.window.height, radius)
+        .filter(|&j| cells.seen[j])
+        .map(|j| cells.middle[j])
+        .collect();
     if heights.is_empty() {
         return false;
     }
@@ -108,18 +111,11 @@ fn is_deep(cells: &Cells, i: usize, radius: i64, deep: f32) -> bool {
 }
 
 fn is_steep(cells: &Cells, i: usize) -> bool {
-    let highest = neighbours(cells, i, 1).filter(|&j| cells.seen[j]).map(|j| cells.middle[j]).fold(f32::MIN, f32::max);
+    let highest = around(i, cells.window.width, cells.window.height)
+        .filter(|&j| cells.seen[j])
+        .map(|j| cells.middle[j])
+        .fold(f32::MIN, f32::max);
     cells.relief[i] > STEEP * cells.window.step as f32 && highest - cells.middle[i] > BELOW_NEIGHBOUR
-}
-
-/// The cells of the window around a cell, without itself.
-fn neighbours(cells: &Cells, i: usize, radius: i64) -> impl Iterator<Item = usize> {
-    let (width, height) = (cells.window.width as i64, cells.window.height as i64);
-    let (x, y) = (i as i64 % width, i as i64 / width);
-    let columns = (x - radius).max(0)..(x + radius + 1).min(width);
-    ((y - radius).max(0)..(y + radius + 1).min(height))
-        .flat_map(move |v| columns.clone().map(move |u| (v * width + u) as usize))
-        .filter(move |&j| j != i)
 }
 
 fn shares_side(cells: &Cells, i: usize, j: usize) -> bool {

@@ -1,12 +1,20 @@
 //! Smooth filling of the places where a raster has no value.
 
+use crate::bilinear::bilinear;
+
 /// Replaces every NaN of `values` (rows of `width`) by a smooth continuation of the values around it.
 ///
 /// Two passes over a pyramid: means of 2 × 2 cells that skip what is missing, up to a single cell; then back down, each
 /// missing cell taking the bilinear value of the level above, and `sweeps` Gauss–Seidel sweeps of Laplace's equation
 /// over the missing cells only. Values that are there are never changed. Nothing happens if all are missing.
 /// Cost: O(cells · (1 + sweeps · missing share)).
-pub(crate) fn fill_missing(values: &mut [f32], width: usize, height: usize, sweeps: usize) {
+///
+/// ```
+/// let mut heights = [2.0, 2.0, f32::NAN, 2.0];
+/// gable_raster::fill_missing(&mut heights, 4, 1, 4);
+/// assert_eq!(heights, [2.0; 4]);
+/// ```
+pub fn fill_missing(values: &mut [f32], width: usize, height: usize, sweeps: usize) {
     if values.iter().all(|v| !v.is_nan()) || values.iter().all(|v| v.is_nan()) {
         return;
     }
@@ -48,18 +56,6 @@ pub(crate) fn fill_missing(values: &mut [f32], width: usize, height: usize, swee
             values[i] = 0.25 * (west + east + south + north);
         }
     }
-}
-
-/// The value between cell centres (cell `(i, j)` has its centre at `(i, j)`), continued flat beyond the border.
-pub(crate) fn bilinear(values: &[f32], width: usize, height: usize, x: f32, y: f32) -> f32 {
-    let x = x.clamp(0.0, (width - 1) as f32);
-    let y = y.clamp(0.0, (height - 1) as f32);
-    let (i, j) = ((x as usize).min(width.saturating_sub(2)), (y as usize).min(height.saturating_sub(2)));
-    let (fx, fy) = (x - i as f32, y - j as f32);
-    let (i1, j1) = ((i + 1).min(width - 1), (j + 1).min(height - 1));
-    let south = values[j * width + i] * (1.0 - fx) + values[j * width + i1] * fx;
-    let north = values[j1 * width + i] * (1.0 - fx) + values[j1 * width + i1] * fx;
-    south * (1.0 - fy) + north * fy
 }
 
 #[cfg(test)]

@@ -1,25 +1,52 @@
-//! Morphology of masks with discs, radii in pixels of any size.
+//! Morphology of masks with discs, whose radii are in pixels and need not be whole.
+//!
+//! Masks are rows of `width` pixels from the south. Each operation costs O(pixels), whatever the radius.
 
 use crate::distance::squared_distance;
 
-/// Pixels within `radius` pixels of the mask. O(pixels), whatever the radius.
-pub(crate) fn dilate(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
+/// Dilation: the pixels within `radius` pixels of the mask.
+///
+/// ```
+/// let mask = [false, false, true, false, false];
+/// assert_eq!(gable_raster::dilate(&mask, 5, 1, 1.0), [false, true, true, true, false]);
+/// ```
+#[must_use]
+pub fn dilate(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
     squared_distance(mask, width, height, false).iter().map(|d| *d <= radius * radius).collect()
 }
 
-/// Pixels of the mask farther than `radius` pixels from everything else; the mask is thought to go on beyond the border.
-pub(crate) fn erode(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
+/// Erosion: the pixels of the mask farther than `radius` pixels from everything else; the mask is thought to go on beyond
+/// the border.
+///
+/// ```
+/// let mask = [true, true, true, false, true];
+/// assert_eq!(gable_raster::erode(&mask, 5, 1, 1.0), [true, true, false, false, false]);
+/// ```
+#[must_use]
+pub fn erode(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
     let other: Vec<bool> = mask.iter().map(|m| !m).collect();
     squared_distance(&other, width, height, false).iter().map(|d| *d > radius * radius).collect()
 }
 
-/// Opening: breaks bridges and drops what is thinner than the disc.
-pub(crate) fn open(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
+/// Opening: breaks bridges and drops what is thinner than the disc. A radius of 0 changes nothing.
+///
+/// ```
+/// let mask = [true, false, true, true, true, false];
+/// assert_eq!(gable_raster::open(&mask, 6, 1, 1.0), [false, false, true, true, true, false]);
+/// ```
+#[must_use]
+pub fn open(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
     if radius <= 0.0 { mask.to_vec() } else { dilate(&erode(mask, width, height, radius), width, height, radius) }
 }
 
-/// Closing: fills holes and gaps that are thinner than the disc.
-pub(crate) fn close(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
+/// Closing: fills holes and gaps that are thinner than the disc. A radius of 0 changes nothing.
+///
+/// ```
+/// let mask = [true, false, true, false, false, false];
+/// assert_eq!(gable_raster::close(&mask, 6, 1, 1.0), [true, true, true, false, false, false]);
+/// ```
+#[must_use]
+pub fn close(mask: &[bool], width: usize, height: usize, radius: f32) -> Vec<bool> {
     if radius <= 0.0 {
         return mask.to_vec();
     }

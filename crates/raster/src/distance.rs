@@ -4,7 +4,14 @@
 ///
 /// Felzenszwalb & Huttenlocher 2012: lower envelope of parabolas, along columns, then along rows. O(pixels). With
 /// `border`, the outside of the raster counts as part of the mask.
-pub(crate) fn squared_distance(mask: &[bool], width: usize, height: usize, border: bool) -> Vec<f32> {
+///
+/// ```
+/// let mask = [true, false, false, false];
+/// assert_eq!(gable_raster::squared_distance(&mask, 4, 1, false), [0.0, 1.0, 4.0, 9.0]);
+/// assert_eq!(gable_raster::squared_distance(&mask, 4, 1, true), [0.0, 1.0, 1.0, 1.0]);
+/// ```
+#[must_use]
+pub fn squared_distance(mask: &[bool], width: usize, height: usize, border: bool) -> Vec<f32> {
     // Distance along the column first: two runs suffice, as the mask is binary.
     let far = (width + height) as u32 * 2;
     let mut along = vec![far; mask.len()];
