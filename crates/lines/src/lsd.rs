@@ -7,7 +7,6 @@ mod region;
 mod scale;
 
 use crate::{LineSegment, Source};
-use gable_geometry::{DVec2, dvec2};
 use gable_raster::Raster;
 use gradient::Gradient;
 use region::Region;
@@ -147,21 +146,6 @@ pub fn grey(colour: &Raster<[u8; 3]>, covered: impl Fn(usize) -> bool) -> Raster
         if covered(i) { 0.299 * r + 0.587 * g + 0.114 * b } else { f32::NAN }
     });
     Raster::new(colour.window(), values.collect())
-}
-
-/// A resampled raster and where it lies.
-struct Scaled {
-    values: Raster<f32>,
-    /// Edge of its pixels, metres.
-    pixel: f64,
-}
-
-impl Scaled {
-    /// Local metres of a place on the gradient's lattice, where whole numbers are corners between four pixels.
-    fn to_local(&self, p: DVec2) -> DVec2 {
-        let window = self.values.window();
-        (dvec2(window.x0 as f64, window.y0 as f64) + p + 1.0) * self.pixel
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::Planes;
 use crate::merge::FEW;
-use crate::regularise::{Item, Params};
+use crate::plane_fit::PlaneFit;
 use gable_geometry::{Box2, BoxTree, Plane};
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -16,7 +16,7 @@ const REACH: f64 = 100.0;
 const ALIKE: f64 = 0.17;
 
 /// How strongly symmetry is expected of two sloped planes, the strongest first: opposite, parallel, at right angles.
-fn kind(a: &Item, b: &Item) -> Option<u8> {
+fn kind(a: &PlaneFit, b: &PlaneFit) -> Option<u8> {
     let between = (a.direction.to_angle() - b.direction.to_angle()).rem_euclid(TAU);
     let near = |angle: f64| (between - angle).abs() < ALIKE || (between - angle).abs() > TAU - ALIKE;
     if near(PI) {
@@ -30,16 +30,16 @@ fn kind(a: &Item, b: &Item) -> Option<u8> {
     }
 }
 
-/// Pairs of sloped planes that may become equal, in the order in which they try.
-fn pairs(items: &[Item], params: &Params) -> Vec<(usize, usize)> {
-    let place = |item: &Item| Box2::of([item.moments.centroid().truncate()]);
+/// Pairs of sloped planes that may become equal, in the order in which they try: slopes differ by `most` radians at most.
+fn pairs(items: &[PlaneFit], most: f64) -> Vec<(usize, usize)> {
+    let place = |item: &PlaneFit| Box2::of([item.moments.centroid().truncate()]);
     let reach = if items.len() <= FEW { f64::INFINITY } else { REACH };
     let tree = BoxTree::new(&items.iter().map(place).collect::<Vec<_>>());
     let mut pairs: Vec<(u8, f64, usize, usize)> = Vec::new();
     for (i, a) in items.iter().enumerate().filter(|(_, item)| item.slope > 0.0) {
         for j in tree.near(&place(a).grown(reach)).into_iter().filter(|&j| j > i && items[j].slope > 0.0) {
             let off = (a.slope.atan() - items[j].slope.atan()).abs();
-            if off <= params.slope.to_radians()
+            if off <= most
                 && let Some(kind) = kind(a, &items[j])
             {
                 pairs.push((kind, off, i, j));
@@ -51,14 +51,14 @@ fn pairs(items: &[Item], params: &Params) -> Vec<(usize, usize)> {
 }
 
 /// Classes of equal slope: pairs join in the order of how strongly symmetry is expected of them. Returns how many planes
-/// share their slope with another.
-pub(crate) fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
+/// share their slope with another. No slope changes by more than `most` radians.
+pub(crate) fn equal_slopes(items: &mut [PlaneFit], most: f64) -> usize {
     // The members of each class, ascending, under the smallest; and the class of each plane.
     let mut classes: Vec<Vec<usize>> = (0..items.len()).map(|k| vec![k]).collect();
     let mut class: Vec<usize> = (0..items.len()).collect();
     // Classes that did not fit together, with their sizes: they do not as long as neither grows.
     let mut refused: BTreeSet<[(usize, usize); 2]> = BTreeSet::new();
-    for (i, j) in pairs(items, params) {
+    for (i, j) in pairs(items, most) {
         let (p, q) = (class[i].min(class[j]), class[i].max(class[j]));
         let both = [(p, classes[p].len()), (q, classes[q].len())];
         if p == q || refused.contains(&both) {
@@ -66,7 +66,7 @@ pub(crate) fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
         }
         let mut members = [classes[p].as_slice(), &classes[q]].concat();
         members.sort_unstable();
-        match common_slope(items, &members, params) {
+        match common_slope(items, &members, most) {
             Some(slope) => {
                 for &k in &members {
                     class[k] = p;
@@ -83,8 +83,8 @@ pub(crate) fn equal_slopes(items: &mut [Item], params: &Params) -> usize {
     classes.iter().map(Vec::len).filter(|&members| members > 1).sum()
 }
 
-/// The least-squares slope of some planes, if the pixels of each tolerate it.
-fn common_slope(items: &[Item], members: &[usize], params: &Params) -> Option<f64> {
+/// The least-squares slope of some planes, if the pixels of each tolerate it and none turns by more than `most` radians.
+fn common_slope(items: &[PlaneFit], members: &[usize], most: f64) -> Option<f64> {
     let (mut num, mut den) = (0.0, 0.0);
     for &k in members {
         let (n, d) = items[k].along(items[k].direction);
@@ -94,9 +94,9 @@ fn common_slope(items: &[Item], members: &[usize], params: &Params) -> Option<f6
         den += weight * d;
     }
     let slope = num / den.max(1e-12);
-    let fits = |item: &Item| {
+    let fits = |item: &PlaneFit| {
         let change = (slope.atan() - item.free_slope.atan()).abs();
-        change <= params.slope.to_radians() && item.tolerates(item.direction * slope)
+        change <= most && item.tolerates(item.direction * slope)
     };
     (slope > 0.0 && members.iter().all(|&k| fits(&items[k]))).then_some(slope)
 }
@@ -112,9 +112,9 @@ struct Group {
     above: Option<usize>,
 }
 
-/// Joins level planes to groups of one height, the nearest two groups first, while they are nearer than the tolerance.
+/// Joins level planes to groups of one height, the nearest two groups first, while they are nearer than `tolerance` metres.
 /// Returns how many planes share their height with another.
-pub(crate) fn equal_heights(planes: &mut Planes, items: &[Item], params: &Params) -> usize {
+pub(crate) fn equal_heights(planes: &mut Planes, items: &[PlaneFit], tolerance: f64) -> usize {
     let mut level: Vec<(f64, f64, usize)> = (0..items.len())
         .filter(|&k| items[k].slope == 0.0)
         .map(|k| (items[k].moments.centroid().z, items[k].area, k))
@@ -139,7 +139,7 @@ pub(crate) fn equal_heights(planes: &mut Planes, items: &[Item], params: &Params
     gaps.extend((0..groups.len()).filter_map(|n| gap(&groups, n).map(|gap| Reverse((gap.to_bits(), n)))));
     while let Some(Reverse((bits, n))) = gaps.pop() {
         let Some(above) = groups[n].above.filter(|_| gap(&groups, n).map(f64::to_bits) == Some(bits)) else { continue };
-        if f64::from_bits(bits) >= params.height {
+        if f64::from_bits(bits) >= tolerance {
             break;
         }
         let members = std::mem::take(&mut groups[above].members);

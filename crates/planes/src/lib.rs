@@ -16,6 +16,7 @@ pub mod grow;
 mod local_fit;
 mod merge;
 mod partition;
+mod plane_fit;
 pub mod ransac;
 pub mod regularise;
 pub mod roof_directions;

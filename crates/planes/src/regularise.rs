@@ -7,6 +7,7 @@
 use crate::equalise::{equal_heights, equal_slopes};
 use crate::facade_directions::{self, difference};
 use crate::partition::interior_moments;
+use crate::plane_fit::PlaneFit;
 use crate::{Planes, UNASSIGNED};
 use gable_geometry::{Covariance3, DVec2, Plane, dvec3};
 use gable_raster::Raster;
@@ -52,52 +53,6 @@ pub struct Changes {
     pub equal_heights: usize,
 }
 
-/// One plane under work: z = s·(u·p) + c, fitted to moments.
-pub(crate) struct Item {
-    pub(crate) moments: Covariance3,
-    pub(crate) area: f64,
-    /// Downhill is −`direction`·sign(slope); of unit length. Zero for level planes.
-    pub(crate) direction: DVec2,
-    pub(crate) slope: f64,
-    /// Slope before regularisation.
-    pub(crate) free_slope: f64,
-    /// Whether `direction` is one of the facades' (or shared) ones.
-    turned: bool,
-    /// Squared orthogonal residual that is still tolerated, m².
-    limit: f64,
-    /// Variance of the noise that is assumed, m².
-    noise: f64,
-}
-
-impl Item {
-    /// Mean squared orthogonal distance for a gradient, with the best offset.
-    fn misfit(&self, g: DVec2) -> f64 {
-        let [xx, xy, xz, yy, yz, zz] = self.moments.matrix();
-        let v = zz - 2.0 * (g.x * xz + g.y * yz) + g.x * g.x * xx + 2.0 * g.x * g.y * xy + g.y * g.y * yy;
-        v.max(0.0) / (1.0 + g.length_squared())
-    }
-
-    fn gradient(&self) -> DVec2 {
-        self.direction * self.slope
-    }
-
-    /// Whether the pixels tolerate a gradient.
-    pub(crate) fn tolerates(&self, g: DVec2) -> bool {
-        self.misfit(g) <= self.limit
-    }
-
-    /// Numerator and denominator of the best slope along a direction, per m² of the plane.
-    pub(crate) fn along(&self, u: DVec2) -> (f64, f64) {
-        let [xx, xy, xz, yy, yz, _] = self.moments.matrix();
-        (u.x * xz + u.y * yz, u.x * u.x * xx + 2.0 * u.x * u.y * xy + u.y * u.y * yy)
-    }
-
-    /// Standard deviation of the slope along a direction, from correlated noise.
-    fn uncertainty(&self, u: DVec2, noise_area: f64) -> f64 {
-        (self.noise * noise_area / (self.area * self.along(u).1.max(1e-6))).sqrt()
-    }
-}
-
 /// Imposes regularities on planes, each only where the pixels tolerate it, and fits the offsets again.
 ///
 /// 1. nearly level planes become level;
@@ -133,16 +88,16 @@ pub fn regularise(planes: &mut Planes, height: &Raster<f32>, facade_angles: &[f6
         facade_directions::histogram(votes, &find).iter().map(|f| f.angle).collect()
     };
     changes.turned += turn(&mut items, &shared, params);
-    changes.equal_slopes = equal_slopes(&mut items, params);
+    changes.equal_slopes = equal_slopes(&mut items, params.slope.to_radians());
     for (plane, item) in planes.planes.iter_mut().zip(&items) {
         plane.plane = through(item.gradient(), &item.moments);
     }
-    changes.equal_heights = equal_heights(planes, &items, params);
+    changes.equal_heights = equal_heights(planes, &items, params.height);
     measure(planes, height);
     changes
 }
 
-fn items(planes: &Planes, height: &Raster<f32>, params: &Params) -> Vec<Item> {
+fn items(planes: &Planes, height: &Raster<f32>, params: &Params) -> Vec<PlaneFit> {
     let window = height.window();
     let reach = ((0.4 / window.step).round() as usize).max(1);
     let position = |p: usize| {
@@ -154,7 +109,7 @@ fn items(planes: &Planes, height: &Raster<f32>, params: &Params) -> Vec<Item> {
     let build = |(plane, moments): (&crate::RoofPlane, Covariance3)| {
         let fit = moments.height_plane().unwrap_or(plane.plane);
         let gradient = DVec2::new(fit.a, fit.b);
-        let mut item = Item {
+        let mut item = PlaneFit {
             moments,
             area: plane.area,
             direction: gradient.normalize_or_zero(),
@@ -174,7 +129,7 @@ fn items(planes: &Planes, height: &Raster<f32>, params: &Params) -> Vec<Item> {
     planes.planes.iter().zip(moments).map(build).collect()
 }
 
-fn turn(items: &mut [Item], angles: &[f64], params: &Params) -> usize {
+fn turn(items: &mut [PlaneFit], angles: &[f64], params: &Params) -> usize {
     let mut turned = 0;
     for item in items.iter_mut().filter(|i| i.slope > 0.0 && !i.turned) {
         let azimuth = item.direction.to_angle();

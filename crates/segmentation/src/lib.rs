@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod boosting;
+mod cell_plane;
 mod cleanup;
 mod coarse_heights;
 mod colour;

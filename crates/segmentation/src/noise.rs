@@ -6,8 +6,8 @@
 //! for the whole city, where it is known what is ground.
 
 use gable_geometry::dvec2;
-use gable_raster::WindowSums;
 
+use crate::cell_plane::CellPlane;
 use crate::coarse_heights::CoarseHeights;
 use crate::terrain::Terrain;
 
@@ -44,7 +44,7 @@ const MOST: f64 = 2.0;
 pub fn noise(heights: &CoarseHeights, terrain: &Terrain) -> f64 {
     let (mut low, mut high) = (Vec::new(), Vec::new());
     for (column, row, samples) in heights.cells() {
-        let Some(Fit { mean, slope, residual }) = fit(samples) else { continue };
+        let Some(CellPlane { mean, slope, residual }) = CellPlane::of(samples) else { continue };
         let above = mean - terrain.height(dvec2(column as f64 + 0.5, row as f64 + 0.5) * heights.cell());
         if above < LOW {
             low.push(residual);
@@ -58,31 +58,6 @@ pub fn noise(heights: &CoarseHeights, terrain: &Terrain) -> f64 {
     };
     let found = ratio(&mut low, 2, USUAL_LOW).min(ratio(&mut high, 4, USUAL_HIGH));
     ((found / GRAIN).floor() * GRAIN).clamp(1.0, MOST)
-}
-
-/// The least-squares plane of a cell's samples.
-pub(crate) struct Fit {
-    mean: f64,
-    /// Metres for each sample.
-    slope: f64,
-    /// Rms distance in z, of the degrees of freedom that a plane leaves.
-    pub(crate) residual: f64,
-}
-
-/// `None` if a sample is missing.
-pub(crate) fn fit(samples: &[f32; 16]) -> Option<Fit> {
-    let mean = samples.iter().map(|z| f64::from(*z)).sum::<f64>() / 16.0;
-    if mean.is_nan() {
-        return None;
-    }
-    let (mut xz, mut yz, mut zz) = (0.0, 0.0, 0.0);
-    for (k, z) in samples.iter().enumerate() {
-        let (x, y, z) = ((k % 4) as f64 - 1.5, (k / 4) as f64 - 1.5, f64::from(*z) - mean);
-        (xz, yz, zz) = (xz + x * z, yz + y * z, zz + z * z);
-    }
-    let sums = WindowSums { side: 4.0, z: 0.0, zz, xz, yz };
-    let [east, north] = sums.slope();
-    Some(Fit { mean, slope: (east * east + north * north).sqrt(), residual: (sums.squares() / 13.0).sqrt() })
 }
 
 #[cfg(test)]
@@ -119,16 +94,5 @@ mod tests {
         // Rough on the ground alone, or on high.
         assert_eq!(found(0.03, 0.3, 0.5), 1.0);
         assert_eq!(noise(&CoarseHeights::new(2.0), &Terrain::constant(3.0)), 1.0);
-    }
-
-    #[test]
-    fn the_fit_is_a_plane() {
-        let samples: [f32; 16] = std::array::from_fn(|k| 7.0 + 0.5 * (k % 4) as f32 - (k / 4) as f32);
-        let Fit { mean, slope, residual } = fit(&samples).unwrap();
-        assert!((mean - 6.25).abs() < 1e-6 && (slope - 1.25_f64.sqrt()).abs() < 1e-6 && residual < 1e-6);
-        let board = std::array::from_fn(|k| if (k + k / 4) % 2 == 0 { 0.1 } else { -0.1 });
-        let residual = fit(&board).unwrap().residual;
-        assert!((residual - 0.1 * (16.0_f64 / 13.0).sqrt()).abs() < 1e-3, "{residual}");
-        assert!(fit(&[f32::NAN; 16]).is_none());
     }
 }

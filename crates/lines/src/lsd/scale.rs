@@ -1,12 +1,27 @@
 //! Blur and sampling on a coarser lattice.
 
-use super::Scaled;
+use gable_geometry::{DVec2, dvec2};
 use gable_raster::{GridWindow, Raster};
 
 /// The published σ of the blur, in pixels of the result.
 const SIGMA: f64 = 0.6;
 /// Kernel support on either side, in σ: beyond it a share of less than 10⁻³ is lost.
 const SUPPORT: f64 = 3.3;
+
+/// A resampled raster and where it lies.
+pub(super) struct Scaled {
+    pub(super) values: Raster<f32>,
+    /// Edge of its pixels, metres.
+    pub(super) pixel: f64,
+}
+
+impl Scaled {
+    /// Local metres of a place on the gradient's lattice, where whole numbers are corners between four pixels.
+    pub(super) fn to_local(&self, p: DVec2) -> DVec2 {
+        let window = self.values.window();
+        (dvec2(window.x0 as f64, window.y0 as f64) + p + 1.0) * self.pixel
+    }
+}
 
 /// Weights of the pixels under one sample: the first pixel (counted in the window) and its successors.
 struct Taps {

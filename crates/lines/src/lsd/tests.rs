@@ -1,5 +1,5 @@
 use super::*;
-use gable_geometry::{Counter, Polygon};
+use gable_geometry::{Counter, DVec2, Polygon, dvec2};
 use gable_raster::GridWindow;
 
 fn window(width: usize, height: usize) -> GridWindow {

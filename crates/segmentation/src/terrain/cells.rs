@@ -4,8 +4,8 @@ use gable_raster::{
     Connectivity, GridWindow, around, box_mean, box_min, components_where, fill_missing, plane_residual, sides,
 };
 
+use crate::cell_plane::CellPlane;
 use crate::coarse_heights::{CoarseHeights, SIDE};
-use crate::noise::fit;
 
 /// Slope from which a difference of two neighbouring samples is a wall and not ground (rise over run): banks, ramps and hillsides
 /// stay below, walls, battered ones too, are above.
@@ -80,7 +80,7 @@ impl Cells {
             cells.quartile[i] = sorted[sorted.len() / 4];
             cells.middle[i] = 0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2]);
             cells.relief[i] = sorted[sorted.len() - 1] - sorted[0];
-            own_rough[i] = fit(samples).map_or(f32::NAN, |plane| plane.residual as f32);
+            own_rough[i] = CellPlane::of(samples).map_or(f32::NAN, |plane| plane.residual as f32);
         }
         cells.rough = median_around(&own_rough, window);
         cells.uneven = unevenness(&cells.middle, window);
