@@ -2,8 +2,8 @@
 //!
 //! [`Arrangement::build`] slices the plane by segments, exactly: coordinates are rounded to a lattice of about
 //! 1 mm, crossings are found in integer arithmetic, and what comes out is a half-edge structure whose edges meet
-//! at vertices only. Around it: rules that [extend] segments before the cut, [`Arrangement::face_raster`] to find
-//! the pixels of each face, and [`Arrangement::merge_faces`] to dissolve the edges between faces of equal label.
+//! at vertices only. Around it: rules that [extend] segments before the cut, and [`Arrangement::face_raster`] to find
+//! the pixels of each face.
 //!
 //! ```
 //! use gable_arrangement::{Arrangement, Options};
@@ -15,12 +15,9 @@
 //! let roof = Arrangement::build(&segments, &Options::default());
 //! assert_eq!(roof.faces().len(), 3); // the unbounded face and two halves
 //! assert_eq!(roof.faces()[1].area, 24.0);
-//! let merged = roof.merge_faces(&[0, 7, 7], 0.01);
-//! assert_eq!(merged.polygon(0).outer.len(), 4);
 //! ```
 
 mod build;
-mod dissolve;
 pub mod extend;
 mod face;
 mod grid;
@@ -31,7 +28,6 @@ mod locate;
 mod snap_round;
 
 pub use build::Options;
-pub use dissolve::{Dissolved, DissolvedEdge, Region};
 pub use extend::{Extension, extend};
 pub use half_edge::{Arrangement, Edge, Face, HalfEdge};
 pub use link::link_loose_ends;

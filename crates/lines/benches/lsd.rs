@@ -2,10 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gable_geometry::{Counter, DVec2};
-use gable_lines::{
-    LineSegment, LsdParams, PolylineParams, RefineParams, Source, detect_segments, fit_polyline, refine_ring,
-    trace_outline,
-};
+use gable_lines::{LineSegment, LsdParams, PolylineParams, Source, detect_segments, fit_polyline, trace_outline};
 use gable_raster::{GridWindow, Raster};
 use std::hint::black_box;
 
@@ -50,9 +47,6 @@ fn benchmarks(c: &mut Criterion) {
     group.throughput(Throughput::Elements(WINDOW.len() as u64)).sample_size(30);
     group.bench_function("trace", |b| b.iter(|| trace_outline(black_box(&mask))));
     group.throughput(Throughput::Elements(points as u64));
-    group.bench_function("refine", |b| {
-        b.iter(|| contours.iter().map(|c| refine_ring(c, &raster, &RefineParams::default())).collect::<Vec<_>>());
-    });
     group.bench_function("fit", |b| {
         b.iter(|| {
             contours.iter().flat_map(|c| fit_polyline(c, &PolylineParams::default())).collect::<Vec<LineSegment>>()

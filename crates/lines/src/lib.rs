@@ -6,7 +6,6 @@ mod local_graph;
 mod lsd;
 mod outline;
 mod polyline;
-mod refine;
 mod segment;
 
 pub use collinear::merge_collinear;
@@ -15,5 +14,4 @@ pub use local_graph::{LocalGraphParams, orthogonalise_local_graph, simplify_loca
 pub use lsd::{Detection, LsdParams, detect_segments, grey};
 pub use outline::{Ring, trace_outline, trace_regions};
 pub use polyline::{PolylineParams, fit_polyline};
-pub use refine::{RefineParams, refine_ring};
 pub use segment::{LineSegment, Source};

@@ -4,13 +4,12 @@
 //!   the published detector.
 //! - [`regularise()`]: soft regularities between them; [`roof_directions`]: the published directions and better ones.
 //! - [`facade_directions`]: frames of orthogonal walls.
-//! - [`facade_regions`] and [`vsa`]: walls from steep facets, and their [`facade_segments`] on the ground.
+//! - [`vsa`]: walls from steep facets, and their [`facade_segments`] on the ground.
 
 mod clean;
 mod divide;
 mod equalise;
 pub mod facade_directions;
-pub mod facade_regions;
 mod facade_segments;
 pub mod grow;
 mod local_fit;

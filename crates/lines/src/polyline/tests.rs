@@ -1,5 +1,5 @@
 use super::*;
-use crate::{refine_ring, trace_outline};
+use crate::trace_outline;
 use gable_geometry::{Counter, Polygon, dvec2, ring_area};
 use gable_raster::{GridWindow, Raster};
 use proptest::prelude::*;
@@ -129,30 +129,6 @@ fn degenerate_contours_are_empty_or_small() {
     let mut one = Raster::filled(GridWindow { step: 0.2, x0: 0, y0: 0, width: 3, height: 3 }, false);
     one[(1, 1)] = true;
     assert!(fitted(&one).len() <= 4);
-}
-
-#[test]
-fn heights_correct_a_mask_that_is_too_large() {
-    let polygon = turned(&L_SHAPE, 0.35);
-    let grown = turned(
-        &L_SHAPE.map(|(x, y)| (x + if x > 0.0 { 0.5 } else { -0.5 }, y + if y > 0.0 { 0.5 } else { -0.5 })),
-        0.35,
-    );
-    let mask = mask(&grown, 0.0, 0.0, 2);
-    let height = Raster::new(
-        mask.window(),
-        (0..mask.window().len())
-            .map(|i| {
-                let p = mask.window().centre(i % mask.width(), i / mask.width());
-                if polygon.contains(p) { 7.0 } else { 0.3 }
-            })
-            .collect(),
-    );
-    let ring = &trace_outline(&mask)[0];
-    let refined = refine_ring(&ring.middles(), &height, &crate::RefineParams::default());
-    let chain = fit_polyline(&refined, &PolylineParams::default());
-    assert_eq!(chain.len(), 6);
-    assert!(worst_corner(&polygon, &chain) < 0.2, "{}", worst_corner(&polygon, &chain));
 }
 
 /// Plain dynamic programme over all cuts, without pruning.
