@@ -250,8 +250,8 @@ pub(crate) fn summarise(
     Ok(summary)
 }
 
-/// Whether a city counts as photographed: one without textures in places is grey there, and only one without any is
-/// treated as untextured.
+/// Whether a city counts as photographed: more than half of what is seen has a texture. Where a photographed city has none it is
+/// grey.
 pub(crate) fn is_coloured(seen: &[Seen]) -> bool {
     2 * seen.iter().map(|s| s.photographed).sum::<u64>() > seen.iter().map(|s| s.covered).sum()
 }

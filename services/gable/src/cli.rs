@@ -541,6 +541,9 @@ pub(crate) struct ParamsArgs {
     /// Print the list as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Print the list as the page docs/parameters.md
+    #[arg(long, conflicts_with_all = ["json", "filter"])]
+    pub(crate) markdown: bool,
     #[command(flatten)]
     pub(crate) params: ParamArgs,
 }

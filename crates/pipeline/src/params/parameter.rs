@@ -122,6 +122,12 @@ impl Parameter {
         self.declarations[place]
     }
 
+    /// The default for each of `methods`; one alone if it is the stage's own.
+    #[must_use]
+    pub fn defaults(&self) -> Vec<String> {
+        self.declarations.iter().map(|declaration| (declaration.default)()).collect()
+    }
+
     /// The value in `params`, as text.
     #[must_use]
     pub fn value(&self, params: &Params) -> String {

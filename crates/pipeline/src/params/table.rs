@@ -53,7 +53,7 @@ parameters! {
         features: Features = Features::Auto, "", ANY;
         /// Weights of the tree classifier made by gable train; empty for those that are built in.
         weights: Option<PathBuf> = None, "", ANY;
-        /// Folder of label pictures, as gable run and gable synth write them, that hold where they say something.
+        /// Folder that holds labels/, with pictures as gable run and gable synth write them; they hold where they say something.
         labels: Option<PathBuf> = None, "", ANY;
         /// CityJSON file whose footprints are the buildings, each by itself and under its name.
         footprints: Option<PathBuf> = None, "", ANY;

@@ -308,7 +308,7 @@ fn is_beside_crown(mask: &Raster<bool>, labels: &Raster<u8>) -> bool {
 /// Whether a pixel of a mask has a neighbour that is none, or none at all on one side.
 fn is_at_border(mask: &Raster<bool>, x: usize, y: usize) -> bool {
     let inside = x > 0 && y > 0 && x + 1 < mask.width() && y + 1 < mask.height();
-    !inside || !(mask[(x - 1, y)] && mask[(x + 1, y)] && mask[(x, y - 1)] && mask[(x, y + 1)])
+    !(inside && mask[(x - 1, y)] && mask[(x + 1, y)] && mask[(x, y - 1)] && mask[(x, y + 1)])
 }
 
 fn model_params(params: &Params) -> ModelParams {

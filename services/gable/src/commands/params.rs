@@ -9,6 +9,10 @@ use serde_json::json;
 
 /// Lists the parameters.
 pub(crate) fn run(args: &ParamsArgs) -> anyhow::Result<Outcome> {
+    if args.markdown {
+        terminal::stdout(&page());
+        return Ok(Outcome::Success);
+    }
     let params = super::assemble(&args.params)?;
     let defaults = Params::default();
     let filter = args.filter.as_deref().unwrap_or_default();
@@ -72,4 +76,53 @@ fn text(listed: &[&Parameter], params: &Params, defaults: &Params) -> String {
         text += &format!("  {:8}  {}\n", preset.name, preset.help);
     }
     text
+}
+
+/// The list as a page: one table for each group.
+fn page() -> String {
+    let mut page =
+        "# Parameters\n\nMade by `gable params --markdown`; `docs/configuration.md` tells how values come together.\n"
+            .to_owned();
+    for (group, help) in GROUPS {
+        page += &format!("\n## {group}\n\n{help}\n\n| Name | Default | Unit | Range | Help |\n|---|---|---|---|---|\n");
+        for p in parameters().iter().filter(|p| p.group == *group) {
+            let range = match p.choices.as_slice() {
+                [] => p.range(),
+                choices => choices.join(", "),
+            };
+            let cells = [format!("`{}`", p.name), default(p), p.unit.to_owned(), range, p.help.to_owned() + &owners(p)];
+            page += &format!("| {} |\n", cells.join(" | "));
+        }
+    }
+    page += "\n## Presets\n\n| Name | Help | Values |\n|---|---|---|\n";
+    for preset in PRESETS {
+        let values: Vec<String> = preset.values.iter().map(|(name, value)| format!("`{name}={value}`")).collect();
+        page += &format!("| `{}` | {} | {} |\n", preset.name, preset.help, values.join(", "));
+    }
+    page
+}
+
+/// The default, or those of the methods where they differ.
+fn default(p: &Parameter) -> String {
+    let defaults = p.defaults();
+    if defaults.iter().all(|default| *default == defaults[0]) {
+        return defaults[0].clone();
+    }
+    let each = p.methods.iter().zip(&defaults).map(|(method, default)| format!("{default} ({method})"));
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// Whose parameter it is, where it is not the stage's own.
+fn owners(p: &Parameter) -> String {
+    if p.methods.is_empty() { String::new() } else { format!(" Of {}.", p.methods.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_page_of_parameters_is_the_list() {
+        let written = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/parameters.md"));
+        let advice = "write it anew: gable params --markdown > docs/parameters.md";
+        assert!(written.expect("docs/parameters.md") == super::page(), "{advice}");
+    }
 }
