@@ -10,6 +10,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use gable_job_store::Artifact;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::{IntoParams, ToSchema};
@@ -78,14 +79,14 @@ pub(crate) async fn tiles(
     Path(city): Path<String>,
     Query(query): Query<GenerationQuery>,
 ) -> Result<Json<CityTiles>, Problem> {
-    let generation = chosen(&service, &city, query.generation).await?.number;
+    let (generation, files) = listed(&service, &city, query.generation, TILES).await?;
     let mut tiles: BTreeMap<(u32, u32), TileView> = BTreeMap::new();
-    for file in service.store.city_files(&city, generation, TILES).await? {
+    for file in files {
         let Some((name, format)) = file.path[TILES.len()..].split_once('.') else { continue };
         let Some((Ok(column), Ok(row))) = name.split_once('_').map(|(x, y)| (x.parse(), y.parse())) else { continue };
         let new = || TileView { name: name.to_owned(), column, row, files: BTreeMap::new() };
         let tile = tiles.entry((column, row)).or_insert_with(new);
-        tile.files.insert(format.to_owned(), FileView::of(&file, &file.path));
+        tile.files.insert(format.to_owned(), FileView::of(&file));
     }
     Ok(Json(CityTiles { generation, tiles: tiles.into_values().collect() }))
 }
@@ -102,9 +103,8 @@ pub(crate) async fn list(
     Path(city): Path<String>,
     Query(query): Query<FilesQuery>,
 ) -> Result<Json<CityFiles>, Problem> {
-    let generation = chosen(&service, &city, query.generation).await?.number;
-    let found = service.store.city_files(&city, generation, &query.prefix).await?;
-    Ok(Json(CityFiles { generation, files: found.iter().map(|f| FileView::of(f, &f.path)).collect() }))
+    let (generation, found) = listed(&service, &city, query.generation, &query.prefix).await?;
+    Ok(Json(CityFiles { generation, files: found.iter().map(FileView::of).collect() }))
 }
 
 /// A file of a city
@@ -132,9 +132,29 @@ pub(crate) async fn content(
     Path((city, path)): Path<(String, String)>,
     Query(query): Query<GenerationQuery>,
 ) -> Result<Response, Problem> {
-    let generation = chosen(&service, &city, query.generation).await?.number;
-    let file = service.store.city_file(&city, generation, &path).await?;
-    let file =
-        file.ok_or_else(|| Problem::not_found(format!("generation {generation} of {city:?} has no file {path:?}")))?;
+    let file = named(&service, &city, query.generation, &path).await?;
     files::send(&service, &headers, &path, &file).await
+}
+
+/// The files of a city whose paths begin with this, and the number of the generation: that one, or the one that readers see.
+pub(super) async fn listed(
+    service: &Coordinator,
+    city: &str,
+    generation: Option<i64>,
+    prefix: &str,
+) -> Result<(i64, Vec<Artifact>), Problem> {
+    let generation = chosen(service, city, generation).await?.number;
+    Ok((generation, service.store.city_files(city, generation, prefix).await?))
+}
+
+/// A file of a city, of that generation or the one that readers see.
+pub(super) async fn named(
+    service: &Coordinator,
+    city: &str,
+    generation: Option<i64>,
+    path: &str,
+) -> Result<Artifact, Problem> {
+    let generation = chosen(service, city, generation).await?.number;
+    let file = service.store.city_file(city, generation, path).await?;
+    file.ok_or_else(|| Problem::not_found(format!("generation {generation} of {city:?} has no file {path:?}")))
 }

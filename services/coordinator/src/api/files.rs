@@ -14,7 +14,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 /// Artefacts under this path are for users; others are for later stages.
-pub(super) const RESULT: &str = "result/";
+const RESULT: &str = "result/";
 
 /// A file of a job's result.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -29,8 +29,8 @@ pub(crate) struct FileView {
 }
 
 impl FileView {
-    pub(super) fn of(artifact: &Artifact, path: &str) -> Self {
-        Self { path: path.to_owned(), bytes: artifact.bytes, hash: artifact.blob.to_string() }
+    pub(super) fn of(artifact: &Artifact) -> Self {
+        Self { path: artifact.path.clone(), bytes: artifact.bytes, hash: artifact.blob.to_string() }
     }
 }
 
@@ -48,9 +48,7 @@ pub(crate) async fn list(
     _: OfJob,
     Path(id): Path<String>,
 ) -> Result<Json<Vec<FileView>>, Problem> {
-    service.store.job(&id).await?;
-    let found = service.store.artifacts(&id, RESULT).await?;
-    Ok(Json(found.iter().map(|a| FileView::of(a, &a.path[RESULT.len()..])).collect()))
+    Ok(Json(listed(&service, &id, "").await?.iter().map(FileView::of).collect()))
 }
 
 /// A file of a job's result
@@ -76,12 +74,24 @@ pub(crate) async fn content(
     headers: HeaderMap,
     Path((id, path)): Path<(String, String)>,
 ) -> Result<Response, Problem> {
-    service.store.job(&id).await?;
-    let full = format!("{RESULT}{path}");
-    let found = service.store.artifacts(&id, &full).await?;
-    let file = found.into_iter().find(|a| a.path == full);
-    let file = file.ok_or_else(|| Problem::not_found(format!("job {id} has no file {path:?}")))?;
+    let file = named(&service, &id, &path).await?;
     send(&service, &headers, &path, &file).await
+}
+
+/// The files of a job's result whose paths begin with this; paths are within the result.
+pub(super) async fn listed(service: &Coordinator, id: &str, prefix: &str) -> Result<Vec<Artifact>, Problem> {
+    service.store.job(id).await?;
+    let found = service.store.artifacts(id, &format!("{RESULT}{prefix}")).await?;
+    Ok(found.into_iter().map(|a| Artifact { path: a.path[RESULT.len()..].to_owned(), ..a }).collect())
+}
+
+/// A file of a job's result, by its path within the result.
+pub(super) async fn named(service: &Coordinator, id: &str, path: &str) -> Result<Artifact, Problem> {
+    service.store.job(id).await?;
+    let full = format!("{RESULT}{path}");
+    // A folder gives what is in it.
+    let found = service.store.artifacts_at(id, std::slice::from_ref(&full)).await?.into_iter().find(|a| a.path == full);
+    found.ok_or_else(|| Problem::not_found(format!("job {id} has no file {path:?}")))
 }
 
 /// The content of a file, or the part of it that is asked for.

@@ -1,7 +1,6 @@
 //! Signed links to files of a city or a job, for those who have no token.
 
-use super::cities::chosen;
-use super::files;
+use super::{city_files, files};
 use crate::access::Asking;
 use crate::auth::random;
 use crate::extract::Body;
@@ -16,7 +15,7 @@ use axum::Json;
 use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use gable_job_store::{Scope, TokenRecord};
+use gable_job_store::{Artifact, Scope, TokenRecord};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -67,10 +66,7 @@ pub(crate) async fn of_city(
     Path(city): Path<String>,
     Body(wanted): Body<NewLink>,
 ) -> Result<Response, Problem> {
-    let generation = chosen(&service, &city, wanted.generation).await?.number;
-    let files = service.store.city_files(&city, generation, &wanted.path).await?;
-    let paths = files.into_iter().map(|file| file.path);
-    make(&service, caller, &base, Opened::City(city, wanted.generation), wanted, paths).await
+    make(&service, caller, &base, Opened::City(city, wanted.generation), wanted).await
 }
 
 /// Make a link to a file or a folder of a job's result that needs no token
@@ -92,10 +88,7 @@ pub(crate) async fn of_job(
     if wanted.generation.is_some() {
         return Err(Problem::invalid("a job has no generations: leave generation out"));
     }
-    service.store.job(&id).await?;
-    let files = service.store.artifacts(&id, &format!("{}{}", files::RESULT, wanted.path)).await?;
-    let paths = files.into_iter().map(|file| file.path[files::RESULT.len()..].to_owned());
-    make(&service, caller, &base, Opened::Job(id), wanted, paths).await
+    make(&service, caller, &base, Opened::Job(id), wanted).await
 }
 
 async fn make(
@@ -104,15 +97,15 @@ async fn make(
     base: &Base,
     of: Opened,
     wanted: NewLink,
-    mut paths: impl Iterator<Item = String>,
 ) -> Result<Response, Problem> {
     let seconds = wanted.seconds.unwrap_or(USUAL);
     if !(1..=LONGEST).contains(&seconds) {
         return Err(Problem::invalid(format!("seconds has to be 1 to {LONGEST}")));
     }
+    let files = of.files(service, &wanted.path).await?;
     let until = now() + seconds * 1000;
     let grant = Grant { of, path: wanted.path, by: caller.name, until };
-    if grant.path.is_empty() || !paths.any(|path| grant.opens(&path)) {
+    if grant.path.is_empty() || !files.iter().any(|file| grant.opens(&file.path)) {
         return Err(Problem::not_found(format!("there is no file or folder {:?}; a folder ends with /", grant.path)));
     }
     let signed = grant.signed(&secret(service).await?).ok_or_else(|| Problem::invalid("it cannot be signed"))?;
@@ -149,22 +142,8 @@ pub(crate) async fn content(
     // Also the log does not tell the link itself.
     asking.set(&format!("link of {}", grant.by));
     let maker = maker(&service, &grant.by).await?.ok_or_else(ended)?;
-    let file = match &grant.of {
-        Opened::City(city, generation) => {
-            service.sees_city(&maker, city, ended).await?;
-            let generation = chosen(&service, city, *generation).await?.number;
-            service.store.city_file(city, generation, &path).await?
-        }
-        Opened::Job(id) => {
-            service
-                .seen_job(&maker, id)
-                .await
-                .map_err(|problem| if problem.status == 404 { ended() } else { problem })?;
-            let full = format!("{}{path}", files::RESULT);
-            service.store.artifacts_at(id, std::slice::from_ref(&full)).await?.into_iter().find(|a| a.path == full)
-        }
-    };
-    let file = file.ok_or_else(|| Problem::not_found(format!("there is no file {path:?}")))?;
+    grant.of.seen_by(&service, &maker).await?;
+    let file = grant.of.file(&service, &path).await?;
     files::send(&service, &headers, &path, &file).await
 }
 
@@ -179,6 +158,33 @@ pub(crate) async fn end_all(State(service): State<Coordinator>, caller: Caller) 
     caller.needs(Scope::Operator)?;
     service.store.replace_secret(SECRET, &random()?).await?;
     Ok(StatusCode::NO_CONTENT)
+}
+
+impl Opened {
+    /// The files whose paths begin with this.
+    async fn files(&self, service: &Coordinator, prefix: &str) -> Result<Vec<Artifact>, Problem> {
+        match self {
+            Self::City(city, generation) => Ok(city_files::listed(service, city, *generation, prefix).await?.1),
+            Self::Job(id) => files::listed(service, id, prefix).await,
+        }
+    }
+
+    /// The file of this path.
+    async fn file(&self, service: &Coordinator, path: &str) -> Result<Artifact, Problem> {
+        match self {
+            Self::City(city, generation) => city_files::named(service, city, *generation, path).await,
+            Self::Job(id) => files::named(service, id, path).await,
+        }
+    }
+
+    /// An error, as if the link had ended, unless a caller sees it.
+    async fn seen_by(&self, service: &Coordinator, caller: &Caller) -> Result<(), Problem> {
+        let seen = match self {
+            Self::City(city, _) => service.sees_city(caller, city, ended).await,
+            Self::Job(id) => service.seen_job(caller, id).await.map(drop),
+        };
+        seen.map_err(|problem| if problem.status == StatusCode::NOT_FOUND.as_u16() { ended() } else { problem })
+    }
 }
 
 /// What links are signed with just now.
