@@ -36,6 +36,9 @@ const DOWNLOADS: [&str; 7] = [
     "/api/v1/links/{link}/files/{*path}",
 ];
 
+/// Where somebody who signs in comes back to, who is not known before.
+const SIGNS_IN: &str = "/auth/callback";
+
 /// What comes many times in what is noted as a whole.
 const PARTS: &str = "/api/v1/open-uploads/{id}/parts/{number}";
 
@@ -108,7 +111,7 @@ pub async fn keep_audit(service: &Coordinator, mut stop: watch::Receiver<bool>) 
 pub(crate) async fn note(State(service): State<Coordinator>, mut request: Request<Body>, next: Next) -> Response {
     let kind = request.extensions().get::<MatchedPath>().map(|path| path.as_str().to_owned());
     let Some(kind) = kind else { return next.run(request).await };
-    let changes = !request.method().is_safe() && kind != PARTS;
+    let changes = (!request.method().is_safe() && kind != PARTS) || kind == SIGNS_IN;
     let downloads = request.method() == Method::GET && DOWNLOADS.contains(&kind.as_str());
     if !changes && !downloads {
         return next.run(request).await;

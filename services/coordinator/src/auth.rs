@@ -1,23 +1,25 @@
 //! Who asks, and what they may do.
 //!
-//! Callers show a bearer token. A service that was started to be open, and for which no token was made, takes requests without one
+//! Callers show a bearer token; people who have signed in at the dashboard show the cookie of their session. A service that was started to be open, and for which no token was made, takes requests without one
 //! as well, from the people at its own machine: only under a loopback name, from its own pages, and not from a proxy that says that it
 //! is one, so that no page of another site can reach it through a browser on that machine. A proxy that does not say so cannot be told
 //! from a person, which is why nothing is open by itself.
 
 use crate::access::Asking;
+use crate::base::Base;
 use crate::shared::Freshness;
+use crate::sign_in::{self, SESSION};
 use crate::{Coordinator, Problem};
 use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
-use gable_job_store::{BlobId, JobStoreError, Scope, Store, TokenRecord};
+use gable_job_store::{BlobId, JobStoreError, Scope, Session, Store, TokenRecord};
 use std::time::Duration;
 
 /// Who asks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Caller {
-    /// Name of the token; `local` for a caller without one at a service that is open.
+    /// Name of the token; `user:NAME` for somebody who has signed in; `local` for a caller without either at a service that is open.
     pub name: String,
     /// What they may do.
     pub scope: Scope,
@@ -25,12 +27,37 @@ pub struct Caller {
     pub groups: Vec<String>,
     /// Most jobs under way; none for no limit.
     pub max_jobs: Option<i64>,
+    /// When what they have shown ends, milliseconds since 1970; none for never.
+    pub ends: Option<i64>,
+    /// Whether they have signed in, rather than shown a token.
+    pub signed_in: bool,
+}
+
+impl From<TokenRecord> for Caller {
+    fn from(token: TokenRecord) -> Self {
+        let TokenRecord { name, scope, groups, max_jobs, expires, .. } = token;
+        Self { name, scope, groups, max_jobs, ends: expires, signed_in: false }
+    }
+}
+
+impl From<Session> for Caller {
+    fn from(session: Session) -> Self {
+        let Session { name, scope, groups, expires, .. } = session;
+        Self { name, scope, groups, max_jobs: None, ends: Some(expires), signed_in: true }
+    }
 }
 
 impl Caller {
     /// Whoever asks a service that is open.
     pub(crate) fn local() -> Self {
-        Self { name: "local".to_owned(), scope: Scope::Operator, groups: Vec::new(), max_jobs: None }
+        Self {
+            name: "local".to_owned(),
+            scope: Scope::Operator,
+            groups: Vec::new(),
+            max_jobs: None,
+            ends: None,
+            signed_in: false,
+        }
     }
 
     /// An error unless the caller has at least this scope.
@@ -38,7 +65,9 @@ impl Caller {
         if self.scope >= scope {
             return Ok(());
         }
-        Err(Problem::forbidden(format!("this needs a token of scope {}, yours is {}", scope.name(), self.scope.name())))
+        let of = if self.signed_in { "somebody" } else { "a token" };
+        let (wanted, found) = (scope.name(), self.scope.name());
+        Err(Problem::forbidden(format!("this needs {of} of scope {wanted}, yours is {found}")))
     }
 }
 
@@ -46,6 +75,11 @@ impl FromRequestParts<Coordinator> for Caller {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, service: &Coordinator) -> Result<Self, Problem> {
+        let session = signed_in(parts, service).await?;
+        if let Some(caller) = session {
+            Asking::note(parts, &caller.name);
+            return Ok(caller);
+        }
         let shown = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok()).and_then(bearer);
         let hash = shown.map(hash).unwrap_or_default();
         let writes = service.store.writes();
@@ -57,10 +91,7 @@ impl FromRequestParts<Coordinator> for Caller {
                 from_this_machine(&parts.headers)?;
                 Self::local()
             }
-            Access::Token(found) => {
-                let TokenRecord { name, scope, groups, max_jobs, .. } = found;
-                Self { name, scope, groups, max_jobs }
-            }
+            Access::Token(found) => found.into(),
             Access::Closed if shown.is_none() => {
                 let what = "send the header Authorization: Bearer TOKEN; gable token create makes a token";
                 return Err(Problem::unauthorised(what));
@@ -70,6 +101,24 @@ impl FromRequestParts<Coordinator> for Caller {
         Asking::note(parts, &caller.name);
         Ok(caller)
     }
+}
+
+/// Who has signed in, if a browser shows a session that has not ended, and no token.
+async fn signed_in(parts: &mut Parts, service: &Coordinator) -> Result<Option<Caller>, Problem> {
+    if service.sign_in.is_none() || parts.headers.contains_key(header::AUTHORIZATION) {
+        return Ok(None);
+    }
+    let Ok(base) = Base::from_request_parts(parts, service).await;
+    let Some(cookie) = sign_in::shown(&parts.headers, &base, SESSION) else { return Ok(None) };
+    let hash = hash(cookie);
+    let writes = service.store.writes();
+    let freshness = if parts.method.is_safe() { Freshness::lately(writes) } else { Freshness::now(writes) };
+    let session = service.answers.sessions.get(&hash, freshness, |_| service.store.session(&hash)).await?;
+    let session = session.ok_or_else(|| Problem::unauthorised("your session has ended: sign in again"))?;
+    if !parts.method.is_safe() {
+        sign_in::from_own_page(&parts.headers, &base)?;
+    }
+    Ok(Some(session.into()))
 }
 
 /// The token in a header that shows one.
@@ -129,7 +178,7 @@ fn from_this_machine(headers: &HeaderMap) -> Result<(), Problem> {
     }
 }
 
-fn hash(token: &str) -> String {
+pub(crate) fn hash(token: &str) -> String {
     BlobId::of(token.as_bytes()).to_string()
 }
 

@@ -3,10 +3,11 @@
 use crate::auth::Access;
 use crate::pages::Snapshot;
 use crate::shared::Shared;
+use crate::sign_in::SignIn;
 use crate::{Feed, Gathered, Receiving, TrustedProxy};
 use axum::http::HeaderValue;
 use gable_files::SourceRoots;
-use gable_job_store::{Blobs, Role, Store};
+use gable_job_store::{Blobs, Role, Session, Store};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -36,6 +37,8 @@ pub struct Coordinator {
     pub proxies: Vec<TrustedProxy>,
     /// Sites whose pages may use the service; by default none but its own.
     pub origins: Vec<HeaderValue>,
+    /// How people sign in; none if tokens are all that is taken.
+    pub sign_in: Option<Arc<SignIn>>,
     /// What many ask for at the same time.
     pub answers: Answers,
     /// The uploads that are being received.
@@ -60,6 +63,7 @@ impl Coordinator {
             feed: Feed::default(),
             proxies: Vec::new(),
             origins: Vec::new(),
+            sign_in: None,
             answers: Answers::default(),
             receiving: Receiving::default(),
             gathered: Gathered::default(),
@@ -76,6 +80,8 @@ pub struct Answers {
     pub(crate) blocks: Shared<Snapshot>,
     /// Who asks, by the hash of the token that is shown.
     pub(crate) access: Shared<Access>,
+    /// Who has signed in, by the hash of what their browser shows.
+    pub(crate) sessions: Shared<Option<Session>>,
     /// The roles of callers in cities, by the names of the caller and that of the city.
     pub(crate) roles: Shared<Option<Role>>,
     /// What is signed with, by name.

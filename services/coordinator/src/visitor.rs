@@ -4,6 +4,7 @@
 //! (`gable serve --trusted-proxy`).
 
 use crate::Coordinator;
+use crate::base::Base;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -47,35 +48,6 @@ pub(crate) struct Visitor {
     /// The client, or the first on the way to it that no known proxy stands for.
     pub(crate) address: Option<IpAddr>,
     pub(crate) base: Base,
-}
-
-/// What stands before all addresses that an answer names: the service as the client sees it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Base {
-    scheme: &'static str,
-    host: String,
-    /// What a proxy takes from the front of addresses; empty, or a path that begins with `/` and does not end with it.
-    prefix: String,
-}
-
-impl Base {
-    /// The service at an address that was kept as text.
-    pub(crate) fn kept(text: &str) -> Self {
-        let (scheme, rest) = text.split_once("://").unwrap_or(("http", text));
-        let (host, prefix) = rest.find('/').map_or((rest, ""), |at| rest.split_at(at));
-        let scheme = if scheme == "https" { "https" } else { "http" };
-        Self { scheme, host: host.to_owned(), prefix: prefix.to_owned() }
-    }
-
-    /// An address of the service.
-    pub(crate) fn href(&self, path: &str) -> String {
-        format!("{}://{}{}{path}", self.scheme, self.host, self.prefix)
-    }
-
-    /// What stands before all paths.
-    pub(crate) fn prefix(&self) -> &str {
-        &self.prefix
-    }
 }
 
 impl<S: Sync> FromRequestParts<S> for Base {

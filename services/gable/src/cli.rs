@@ -3,6 +3,7 @@
 mod city;
 mod remote;
 mod schedule;
+mod sign_in;
 mod token;
 
 pub(crate) use city::{AuditArgs, CityAction, CityArgs, OneCityArgs, UploadAction, UploadArgs};
@@ -10,6 +11,7 @@ pub(crate) use remote::{
     CancelArgs, DeleteArgs, DownloadArgs, JobArgs, RemoteArgs, RetryArgs, Send, StatusArgs, SubmitArgs,
 };
 pub(crate) use schedule::{CreateArgs, ListArgs, NameArgs, ScheduleAction, ScheduleArgs};
+pub(crate) use sign_in::SignInArgs;
 pub(crate) use token::{NewTokenArgs, TokenAction, TokenArgs};
 
 use clap::builder::styling::{AnsiColor, Styles};
@@ -620,6 +622,7 @@ Examples:
   gable serve --all                                         this machine: SQLite and a folder, no set-up
   gable serve --all --data /srv/gable --source-root /meshes
   gable serve --database postgres://gable@db/gable --store s3://gable --listen 0.0.0.0:8080
+  gable serve --oidc-issuer https://id.example/realms/city --oidc-client gable --oidc-role operator=admins --oidc-role 'viewer=*'
   curl localhost:8080/api/v1/jobs -H \"authorization: Bearer $GABLE_TOKEN\" -H 'content-type: application/json' \\
     -d '{\"source\": \"mesh.obj\", \"city\": \"delft\"}'
 
@@ -684,6 +687,8 @@ pub(crate) struct ServeArgs {
     /// Let webhooks be at addresses of this machine and of private networks
     #[arg(long)]
     pub(crate) private_webhooks: bool,
+    #[command(flatten)]
+    pub(crate) sign_in: SignInArgs,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
     #[command(flatten)]

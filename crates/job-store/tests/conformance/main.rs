@@ -102,6 +102,7 @@ conformance!(
     tenants::a_city_is_of_whom_it_was_first,
     tenants::a_city_rolls_back_to_any_generation,
     tenants::tokens_rotate_by_name,
+    tenants::sessions_hold_for_their_time,
     tenants::the_audit_log_is_kept_and_purged,
     schedules::a_tick_has_one_winner,
     schedules::runs_do_not_overlap,

@@ -3,8 +3,8 @@
 use crate::cities::{artifact, building, published};
 use crate::suite::{job, task};
 use gable_job_store::{
-    AuditEntry, AuditFilter, BuildingFilter, JobFilter, JobStoreError, NewJob, Role, Scope, Store, TokenRecord, Upload,
-    UploadQuota,
+    AuditEntry, AuditFilter, BuildingFilter, JobFilter, JobStoreError, NewJob, Role, Scope, Session, Store,
+    TokenRecord, Upload, UploadQuota,
 };
 use std::time::Duration;
 
@@ -172,4 +172,33 @@ pub(crate) async fn the_audit_log_is_kept_and_purged(store: &Store) {
     assert_eq!(store.purge_audit(Duration::from_secs(3600)).await.expect("purges"), 0);
     tokio::time::sleep(Duration::from_millis(5)).await;
     assert_eq!(store.purge_audit(Duration::ZERO).await.expect("purges"), 251);
+}
+
+pub(crate) async fn sessions_hold_for_their_time(store: &Store) {
+    let session = |hash: &str, name: &str| Session {
+        hash: hash.to_owned(),
+        name: name.to_owned(),
+        scope: Scope::Submitter,
+        groups: names(&["south", "north"]),
+        expires: 0,
+    };
+    let hour = Duration::from_secs(3600);
+    store.add_session(&session("a", "user:ann"), Duration::from_millis(300)).await.expect("adds");
+    store.add_session(&session("b", "user:ann"), hour).await.expect("adds");
+    store.add_session(&session("c", "user:bob"), hour).await.expect("adds");
+    assert!(store.add_session(&session("c", "user:eve"), hour).await.is_err(), "two of one hash");
+    let found = store.session("b").await.expect("asks").expect("there");
+    assert_eq!(Session { expires: 0, ..found.clone() }, session("b", "user:ann"));
+    assert_eq!(store.session_of("user:ann").await.expect("asks"), Some(found), "the one that ends last");
+    assert!(store.session("a").await.expect("asks").is_some());
+    tokio::time::sleep(Duration::from_millis(500)).await;
+    assert_eq!(store.session("a").await.expect("asks"), None, "it has ended");
+    assert_eq!(store.session("d").await.expect("asks"), None);
+    // What has ended is forgotten when another begins.
+    store.add_session(&session("d", "user:dan"), hour).await.expect("adds");
+    assert!(!store.remove_session("a").await.expect("asks"));
+    assert!(store.remove_session("b").await.expect("removes"));
+    assert_eq!(store.session_of("user:ann").await.expect("asks"), None);
+    assert_eq!(store.remove_sessions_of("user:bob").await.expect("removes"), 1);
+    assert_eq!(store.remove_sessions_of("user:bob").await.expect("asks"), 0);
 }

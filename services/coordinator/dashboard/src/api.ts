@@ -159,6 +159,12 @@ export interface Caller {
   name: string;
   scope: 'viewer' | 'submitter' | 'operator';
   tokens: boolean;
+  signed_in: boolean;
+}
+
+export interface SignIn {
+  /// Host of the provider, if people sign in.
+  provider?: string;
 }
 
 /// What the service answered instead of what was asked for.
@@ -193,6 +199,26 @@ export function authorisation(): Record<string, string> {
 }
 
 export const BASE = new URL('./api/v1', location.origin + location.pathname).pathname;
+const AUTH = new URL('./auth', location.origin + location.pathname).pathname;
+const RETURN = 'gable.return';
+
+/// Goes to the provider; what was looked at is shown again after that.
+export function signIn() {
+  sessionStorage.setItem(RETURN, location.hash.replace(/[?&]sign-in=[a-z-]*/, ''));
+  location.assign(`${AUTH}/login`);
+}
+
+/// Shows again what was looked at before somebody signed in.
+export function returned() {
+  const hash = sessionStorage.getItem(RETURN);
+  sessionStorage.removeItem(RETURN);
+  if (hash && !location.hash) location.replace(hash);
+}
+
+/// Ends the session in this browser; that at the provider goes on.
+export async function signOut() {
+  await request(`${AUTH}/logout`, { method: 'POST' });
+}
 
 async function failure(answer: Response): Promise<ApiError> {
   if (answer.status === 401) onUnauthorised();
@@ -207,7 +233,7 @@ async function failure(answer: Response): Promise<ApiError> {
 export async function request(path: string, init: RequestInit = {}): Promise<Response> {
   let answer: Response;
   try {
-    answer = await fetch(path.startsWith(BASE) ? path : BASE + path, {
+    answer = await fetch(path.startsWith(BASE) || path.startsWith(AUTH) ? path : BASE + path, {
       ...init,
       headers: { ...authorisation(), ...(init.headers as Record<string, string>) },
     });

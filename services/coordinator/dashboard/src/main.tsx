@@ -1,6 +1,6 @@
 import { render } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
-import { ApiError, type Caller, get, setToken, token, whenUnauthorised } from './api';
+import { ApiError, type Caller, get, returned, setToken, signOut, token, whenUnauthorised } from './api';
 import { CallerContext } from './caller';
 import { Cities } from './pages/cities';
 import { CityPage } from './pages/city';
@@ -76,6 +76,7 @@ function App() {
       (found) => {
         setCaller(found);
         askLogin(false);
+        if (found.signed_in) returned();
       },
       (problem) => {
         if (problem instanceof ApiError && problem.status === 401) askLogin(true);
@@ -87,7 +88,14 @@ function App() {
     whenUnauthorised(() => askLogin(true));
     who();
   }, []);
-  const leave = () => {
+  const leave = async () => {
+    if (caller?.signed_in) {
+      try {
+        await signOut();
+      } catch (problem) {
+        return setError(problem as Error);
+      }
+    }
     setToken(null);
     setCaller(null);
     askLogin(true);
@@ -118,9 +126,9 @@ function App() {
               {caller.name} <small>{caller.scope}</small>
             </span>
           )}
-          {token() && (
+          {(token() || caller?.signed_in) && (
             <button class="quiet" onClick={leave}>
-              Log out
+              {caller?.signed_in ? 'Sign out' : 'Log out'}
             </button>
           )}
           <button class="quiet" onClick={turn} aria-label={`Colours: ${theme}. Change`} title={`Colours: ${theme}`}>
@@ -129,7 +137,7 @@ function App() {
         </div>
       </header>
       <main id="main" tabIndex={-1}>
-        {login ? <Login done={who} /> : error ? <Failure error={error} retry={who} /> : caller ? <Page /> : <Loading what="the service" />}
+        {login ? <Login done={who} why={route.query.get('sign-in')} /> : error ? <Failure error={error} retry={who} /> : caller ? <Page /> : <Loading what="the service" />}
       </main>
     </CallerContext.Provider>
   );

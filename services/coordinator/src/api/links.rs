@@ -3,19 +3,19 @@
 use super::{city_files, files};
 use crate::access::Asking;
 use crate::auth::random;
+use crate::base::Base;
 use crate::extract::Body;
 use crate::pages::{escaped, time};
 use crate::problem::Refused;
 use crate::rights::{OfCity, OfJob};
 use crate::shared::Freshness;
 use crate::signed::{Grant, Opened};
-use crate::visitor::Base;
-use crate::{Caller, Coordinator, Problem};
+use crate::{Caller, Coordinator, PERSON, Problem};
 use axum::Json;
 use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use gable_job_store::{Artifact, Scope, TokenRecord};
+use gable_job_store::{Artifact, Scope};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -103,7 +103,8 @@ async fn make(
         return Err(Problem::invalid(format!("seconds has to be 1 to {LONGEST}")));
     }
     let files = of.files(service, &wanted.path).await?;
-    let until = now() + seconds * 1000;
+    // It ends with what its maker has shown, at the latest.
+    let until = (now() + seconds * 1000).min(caller.ends.unwrap_or(i64::MAX));
     let grant = Grant { of, path: wanted.path, by: caller.name, until };
     if grant.path.is_empty() || !files.iter().any(|file| grant.opens(&file.path)) {
         return Err(Problem::not_found(format!("there is no file or folder {:?}; a folder ends with /", grant.path)));
@@ -199,8 +200,10 @@ async fn maker(service: &Coordinator, name: &str) -> Result<Option<Caller>, Prob
     if service.open && !service.store.has_tokens().await? {
         return Ok(Some(Caller::local()));
     }
-    let found = service.store.token_of(name).await?;
-    Ok(found.map(|TokenRecord { name, scope, groups, max_jobs, .. }| Caller { name, scope, groups, max_jobs }))
+    if name.starts_with(PERSON) {
+        return Ok(service.store.session_of(name).await?.map(Caller::from));
+    }
+    Ok(service.store.token_of(name).await?.map(Caller::from))
 }
 
 fn ended() -> Problem {

@@ -22,6 +22,7 @@ mod parts;
 mod removal;
 mod schedules;
 mod seams;
+mod sessions;
 mod uploads;
 mod webhooks;
 mod workers;
@@ -32,8 +33,8 @@ pub(crate) use uploads::{no_room, too_large};
 pub(crate) use jobs::first_task;
 pub(crate) use schedules::read_request;
 
+use crate::base::Base;
 use crate::problem::{in_one_form, refused_anyway};
-use crate::visitor::Base;
 use crate::{Coordinator, Problem};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -82,6 +83,7 @@ pub fn router(service: Coordinator) -> Router {
     document.merge(of_uploads);
     bounded
         .merge(crate::ogc::router())
+        .merge(crate::sign_in::router())
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, limits.time))
         // A stream of events is as long as its job, so it has no time limit.
         .merge(events::stream_router())
@@ -224,6 +226,8 @@ fn routes() -> OpenApiRouter<Coordinator> {
         .routes(routes!(webhooks::remove))
         .routes(routes!(webhooks::messages))
         .routes(routes!(workers::list))
+        .routes(routes!(sessions::sign_in))
+        .routes(routes!(sessions::end))
         .routes(routes!(caller::show));
     let all = OpenApiRouter::with_openapi(description).nest("/api/v1", v1).routes(routes!(metrics::show));
     with_refusals(all).routes(routes!(health::alive)).routes(routes!(health::ready))

@@ -2,9 +2,9 @@
 
 use super::processes::{CITY_MODEL, CITY_OUTPUTS};
 use super::{JSON, exception, no_such_job};
+use crate::base::Base;
 use crate::extract::Query;
 use crate::pages::{limit, page, time};
-use crate::visitor::Base;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};

@@ -7,7 +7,7 @@ mod execution;
 mod jobs;
 mod processes;
 
-use crate::visitor::Base;
+use crate::base::Base;
 use crate::{Caller, Coordinator, Problem};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};

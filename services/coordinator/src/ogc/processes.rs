@@ -1,9 +1,9 @@
 //! The processes and their descriptions.
 
 use super::{JSON, no_such_process};
+use crate::base::Base;
 use crate::extract::Query;
 use crate::pages::limit;
-use crate::visitor::Base;
 use crate::{Caller, Coordinator, Problem};
 use axum::Json;
 use axum::extract::{Path, State};

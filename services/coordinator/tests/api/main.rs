@@ -13,9 +13,11 @@ mod floods;
 mod links;
 mod ogc;
 mod parts;
+mod provider;
 mod proxies;
 mod schedules;
 mod security;
+mod sign_in;
 mod tenants;
 mod webhooks;
 

@@ -1,11 +1,12 @@
 //! `gable serve`: the coordinator, and with `--all` workers beside it.
 
-use crate::cli::ServeArgs;
+use crate::cli::{ServeArgs, SignInArgs};
 use crate::exit::{Outcome, UsageError};
 use crate::{service, terminal};
 use anyhow::Context as _;
-use gable_coordinator::{Coordinator, Limits, Patience, Places, create_first_token};
+use gable_coordinator::{Coordinator, Grants, Limits, Patience, Places, SignIn, SignInSettings, create_first_token};
 use gable_job_store::{Retention, Store};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Serves until it is stopped.
@@ -49,6 +50,7 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
     coordinator.open = args.open;
     coordinator.proxies.clone_from(&args.trusted_proxy);
     coordinator.origins.clone_from(&args.allow_origin);
+    coordinator.sign_in = sign_in(&args.sign_in)?.map(Arc::new);
     coordinator.folder = service::incoming(&args.keep.at.data)?;
     say_who_may_ask(&parts.store, args.open).await?;
     // Programs that start the service read this line to learn the port.
@@ -106,6 +108,25 @@ async fn serve(args: &ServeArgs) -> anyhow::Result<()> {
         working.and(delivering.context("sending to webhooks"))
     };
     service::within(all, last_stop, most).await
+}
+
+/// The way to sign in, if there is one.
+fn sign_in(args: &SignInArgs) -> anyhow::Result<Option<SignIn>> {
+    let (Some(issuer), Some(client)) = (&args.oidc_issuer, &args.oidc_client) else { return Ok(None) };
+    let settings = SignInSettings {
+        issuer: issuer.clone(),
+        client: client.clone(),
+        // Not an argument, which every user of the machine could see.
+        secret: std::env::var("GABLE_OIDC_SECRET").ok().filter(|secret| !secret.is_empty()),
+        scopes: args.oidc_scope.clone(),
+        grants: Grants {
+            name: args.oidc_name.clone(),
+            groups: args.oidc_groups.clone(),
+            roles: args.oidc_role.clone(),
+        },
+        time: service::seconds("oidc-hours", args.oidc_hours * 3600.0)?,
+    };
+    Ok(Some(SignIn::new(settings).map_err(|e| UsageError(format!("--oidc-issuer: {e}")))?))
 }
 
 /// Most connections of supervisors at a time.

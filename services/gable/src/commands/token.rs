@@ -3,7 +3,7 @@
 use crate::cli::{NewTokenArgs, TokenAction, TokenArgs};
 use crate::exit::{Outcome, UsageError};
 use crate::{service, table, terminal};
-use gable_coordinator::{NewToken, create_token, rotate_token};
+use gable_coordinator::{NewToken, PERSON, create_token, rotate_token};
 use gable_job_store::Store;
 use std::time::{Duration, SystemTime};
 
@@ -33,8 +33,10 @@ async fn create(store: &Store, args: &NewTokenArgs, json: bool) -> anyhow::Resul
         let text = "the name has to have 1 to 200 bytes, without control characters and marks that are not seen, and not to be . or ..";
         return Err(UsageError(text.to_owned()).into());
     }
-    if name.starts_with("group:") {
-        return Err(UsageError(format!("{name:?} is how members of cities name a group: take another name")).into());
+    for (start, what) in [("group:", "a group"), (PERSON, "somebody who has signed in")] {
+        if name.starts_with(start) {
+            return Err(UsageError(format!("{name:?} is how members of cities name {what}: take another name")).into());
+        }
     }
     for group in &args.groups {
         let plain = |c: char| c.is_alphanumeric() || "._-".contains(c);
