@@ -5,9 +5,9 @@
 //! ```no_run
 //! use gable_pipeline::params::Registry;
 //!
-//! # fn my_method() -> &'static dyn gable_modeling::Reconstruction { gable_modeling::METHODS[0] }
 //! fn main() -> std::process::ExitCode {
-//!     Registry::built_in().with_reconstruction(my_method()).install().expect("nothing has run yet");
+//!     let methods = Registry::built_in(); // .with_reconstruction(&MyMethod)
+//!     methods.install().expect("nothing has run yet");
 //!     gable::main()
 //! }
 //! ```
