@@ -31,6 +31,9 @@ pub use sampled::{SampledMesh, sample_mesh};
 pub use summary::{
     BlockRecord, BlockState, BuildingRecord, Lod, RunStatus, RunSummary, StageSeconds, peak_memory_bytes,
 };
+#[cfg(feature = "fuzzing")]
+#[doc(hidden)]
+pub use units::fuzzing;
 pub use units::{
     CityBuilding, FailedUnit, RESULT, UnitCity, UnitHistory, UnitInput, UnitJob, UnitResult, UnitTask, carry_out,
     first_unit,

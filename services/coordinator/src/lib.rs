@@ -9,6 +9,9 @@ mod cors;
 mod cron;
 mod extract;
 mod feed;
+#[cfg(feature = "fuzzing")]
+#[doc(hidden)]
+pub mod fuzzing;
 mod headers;
 mod listen;
 mod names;

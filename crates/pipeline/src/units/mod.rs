@@ -6,6 +6,8 @@
 
 mod city;
 mod coarse_file;
+#[cfg(feature = "fuzzing")]
+pub mod fuzzing;
 mod given;
 mod map;
 mod model;

@@ -96,6 +96,9 @@ pub(super) fn read(folder: &Path) -> Result<Terrain, PipelineError> {
     Ok(Terrain::from_heights(surface.ok_or_else(none)?))
 }
 
+/// No cell lies farther from the origin than so many cells; beyond, sums of places would overflow.
+const FARTHEST: u64 = 1 << 40;
+
 fn parse(bytes: &[u8]) -> Option<(GridWindow, Raster<f32>)> {
     let rest = bytes.strip_prefix(MAGIC.as_slice())?;
     let (head, body) = rest.split_at_checked(8 + 2 * 24)?;
@@ -110,7 +113,9 @@ fn parse(bytes: &[u8]) -> Option<(GridWindow, Raster<f32>)> {
             width: four(at + 16)?,
             height: four(at + 20)?,
         };
-        window.width.checked_mul(window.height).filter(|&n| n <= MOST).map(|_| window)
+        let is_on_earth = window.x0.unsigned_abs() <= FARTHEST && window.y0.unsigned_abs() <= FARTHEST;
+        let is_small = window.width.checked_mul(window.height).is_some_and(|cells| cells <= MOST);
+        (is_on_earth && is_small).then_some(window)
     };
     let (cells, tile) = (window(8)?, window(32)?);
     let raw = zstd::bulk::decompress(body, tile.len() * 4).ok()?;
@@ -157,6 +162,11 @@ mod tests {
         let path = folder.path().join(&made[3]);
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        assert!(read(folder.path()).unwrap_err().to_string().contains("no whole tile"));
+        // A place that no tile has, found by a fuzzer: the sum with its width overflowed.
+        let mut far = bytes;
+        far[40..48].copy_from_slice(&i64::MIN.to_le_bytes());
+        std::fs::write(&path, far).unwrap();
         assert!(read(folder.path()).unwrap_err().to_string().contains("no whole tile"));
     }
 }

@@ -1,0 +1,82 @@
+<?xml version="1.0" encoding="UTF-8"?>
+<CityModel xmlns="http://www.opengis.net/citygml/2.0" xmlns:bldg="http://www.opengis.net/citygml/building/2.0" xmlns:dem="http://www.opengis.net/citygml/relief/2.0" xmlns:gen="http://www.opengis.net/citygml/generics/2.0" xmlns:gml="http://www.opengis.net/gml" xmlns:xlink="http://www.w3.org/1999/xlink" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:schemaLocation="http://www.opengis.net/citygml/building/2.0 http://schemas.opengis.net/citygml/building/2.0/building.xsd http://www.opengis.net/citygml/relief/2.0 http://schemas.opengis.net/citygml/relief/2.0/relief.xsd http://www.opengis.net/citygml/generics/2.0 http://schemas.opengis.net/citygml/generics/2.0/generics.xsd">
+ <gml:name>mesh, tile 0_1</gml:name>
+ <gml:boundedBy>
+  <gml:Envelope srsName="urn:ogc:def:crs:EPSG::7415" srsDimension="3">
+   <gml:lowerCorner>84999.5 446020 101.2648</gml:lowerCorner>
+   <gml:upperCorner>85021.5 446042 102.6182</gml:upperCorner>
+  </gml:Envelope>
+ </gml:boundedBy>
+ <cityObjectMember>
+  <dem:ReliefFeature gml:id="terrain-0-1-relief">
+   <dem:lod>1</dem:lod>
+   <dem:reliefComponent>
+    <dem:TINRelief gml:id="terrain-0-1">
+     <dem:lod>1</dem:lod>
+     <dem:tin>
+      <gml:TriangulatedSurface>
+       <gml:trianglePatches>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">84999.5 446020 101.7047 85021.5 446020 101.2648 85005.5 446038 102.2519 84999.5 446020 101.7047</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">84999.5 446020 101.7047 85001.5 446036 102.5319 84999.5 446042 102.6182 84999.5 446020 101.7047</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">84999.5 446020 101.7047 85005.5 446038 102.2519 85001.5 446036 102.5319 84999.5 446020 101.7047</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">85021.5 446020 101.2648 85011.5 446042 102.5491 85005.5 446038 102.2519 85021.5 446020 101.2648</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">85021.5 446020 101.2648 85021.5 446042 102.307 85011.5 446042 102.5491 85021.5 446020 101.2648</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">85001.5 446036 102.5319 85005.5 446038 102.2519 84999.5 446042 102.6182 85001.5 446036 102.5319</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">85005.5 446038 102.2519 85007.5 446042 102.2247 84999.5 446042 102.6182 85005.5 446038 102.2519</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+        <gml:Triangle>
+         <gml:exterior>
+          <gml:LinearRing>
+           <gml:posList srsDimension="3">85005.5 446038 102.2519 85011.5 446042 102.5491 85007.5 446042 102.2247 85005.5 446038 102.2519</gml:posList>
+          </gml:LinearRing>
+         </gml:exterior>
+        </gml:Triangle>
+       </gml:trianglePatches>
+      </gml:TriangulatedSurface>
+     </dem:tin>
+    </dem:TINRelief>
+   </dem:reliefComponent>
+  </dem:ReliefFeature>
+ </cityObjectMember>
+</CityModel>
