@@ -28,6 +28,10 @@ impl<T: Clone> Raster<T> {
     /// Copies the values of the pixels that `other` shares with this raster.
     pub fn paste(&mut self, other: &Self) {
         let shared = self.window.intersection(&other.window);
+        if shared.is_empty() {
+            // It may have rows without columns, at a place that neither raster has.
+            return;
+        }
         for row in 0..shared.height {
             let y = shared.y0 + row as i64;
             let from = (y - other.window.y0) as usize * other.window.width + (shared.x0 - other.window.x0) as usize;
@@ -122,5 +126,15 @@ mod tests {
         let raster = Raster::new(window, (0..12).collect());
         let crop = raster.crop(GridWindow { x0: 0, y0: 4, width: 3, height: 2, ..window }, -1);
         assert_eq!(crop.values(), [-1, -1, -1, 2, 3, -1]);
+    }
+
+    #[test]
+    fn nothing_is_pasted_from_beside() {
+        let window = GridWindow { step: 2.0, x0: 0, y0: 0, width: 4, height: 3 };
+        let mut raster = Raster::filled(window, 1);
+        for x0 in [-50, 50] {
+            raster.paste(&Raster::filled(GridWindow { x0, ..window }, 2));
+        }
+        assert!(raster.values().iter().all(|&value| value == 1));
     }
 }
